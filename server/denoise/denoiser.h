@@ -1,0 +1,45 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/cancel_token.h"
+#include "core/base/param_set.h"
+#include "server/denoise/frame.h"
+
+namespace relume::denoise {
+
+// What a method can't work without; the registry refuses by name if the frame lacks it.
+struct Needs {
+    bool halves = false;
+    std::vector<int> features;  // FeatureChannel
+    int min_spp = 1;
+};
+
+struct Result {
+    Plane color[3];
+    std::optional<Plane> error;  // estimated squared error of `color` a pixel, mean over RGB; may be negative
+    std::map<std::string, std::string> notes;  // what was chosen, for the report
+};
+
+// One filtering method with its parameters. Reconstruct is a pure function of the frame: the same bits for
+// any number of threads. Throws kCancelled soon after `cancel` is set.
+class Denoiser {
+  public:
+    virtual ~Denoiser() = default;
+    // Name with all parameters, "bilateral:mode=corrected".
+    virtual std::string Describe() const = 0;
+    virtual Needs GetNeeds() const { return {}; }
+    virtual Result Reconstruct(const Frame& frame, const CancelToken& cancel) const = 0;
+};
+
+// "bilateral:mode=printed,taylor=8"; an unknown name or parameter throws kInvalidArgument with the known ones.
+std::unique_ptr<Denoiser> MakeDenoiser(const std::string& text);
+
+// Checks needs, runs, and replaces any pixel that came out non-finite by the frame's own.
+Result RunDenoiser(const Denoiser& denoiser, const Frame& frame, const CancelToken& cancel);
+
+}  // namespace relume::denoise

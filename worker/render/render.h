@@ -1,0 +1,42 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/base/cancel_token.h"
+#include "core/film/tile.h"
+#include "core/scene/render_settings.h"
+#include "core/scene/scene.h"
+
+namespace relume::render {
+
+// A scene made ready to trace: Embree structures, textures, lights, camera. Immutable, thread-safe.
+class Renderer {
+  public:
+    // Builds in parallel (core/base/parallel.h). Keeps what it needs of `scene`. Throws Error naming material,
+    // light or camera if a type or parameter is unknown, or if nothing shines (unless
+    // settings.allow_black).
+    Renderer(std::shared_ptr<const Scene> scene, const RenderSettings& settings);
+    ~Renderer();
+
+    // Renders a task on the calling thread; any number of threads may call at once. A pure function of
+    // (scene, settings, task): the same bits on any machine of the numeric class, and for each pixel
+    // whatever the tile. Returns an empty result (no pixels) if cancelled.
+    TileResult RenderTile(const TileTask& task, const CancelToken& cancel) const;
+
+    // What the scene needed and what was replaced (a fitted camera), for people.
+    const std::vector<std::string>& notes() const;
+
+  private:
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+// The instruction set that Embree is held to; part of a worker's numeric class.
+inline constexpr const char* kIsa = "avx2";
+
+// Throws kFailedPrecondition if this machine lacks what the renderer was built for.
+void CheckCpu();
+
+}  // namespace relume::render
