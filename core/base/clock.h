@@ -4,7 +4,8 @@
 
 namespace relume {
 
-// Monotonic time. Pure state (server/jobs) takes a TimePoint as an argument; only main loops ask a clock.
+// Monotonic time. Pure state (server/jobs) takes a TimePoint as an argument; only main loops ask a
+// clock.
 using TimePoint = std::chrono::steady_clock::time_point;
 using Duration = std::chrono::steady_clock::duration;
 

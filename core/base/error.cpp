@@ -4,17 +4,28 @@ namespace relume {
 
 const char* ToString(ErrorCode code) {
     switch (code) {
-        case ErrorCode::kInvalidArgument: return "INVALID_ARGUMENT";
-        case ErrorCode::kNotFound: return "NOT_FOUND";
-        case ErrorCode::kAlreadyExists: return "ALREADY_EXISTS";
-        case ErrorCode::kFailedPrecondition: return "FAILED_PRECONDITION";
-        case ErrorCode::kResourceExhausted: return "RESOURCE_EXHAUSTED";
-        case ErrorCode::kUnavailable: return "UNAVAILABLE";
-        case ErrorCode::kDeadlineExceeded: return "DEADLINE_EXCEEDED";
-        case ErrorCode::kCancelled: return "CANCELLED";
-        case ErrorCode::kDataLoss: return "DATA_LOSS";
-        case ErrorCode::kUnimplemented: return "UNIMPLEMENTED";
-        case ErrorCode::kInternal: return "INTERNAL";
+        case ErrorCode::kInvalidArgument:
+            return "INVALID_ARGUMENT";
+        case ErrorCode::kNotFound:
+            return "NOT_FOUND";
+        case ErrorCode::kAlreadyExists:
+            return "ALREADY_EXISTS";
+        case ErrorCode::kFailedPrecondition:
+            return "FAILED_PRECONDITION";
+        case ErrorCode::kResourceExhausted:
+            return "RESOURCE_EXHAUSTED";
+        case ErrorCode::kUnavailable:
+            return "UNAVAILABLE";
+        case ErrorCode::kDeadlineExceeded:
+            return "DEADLINE_EXCEEDED";
+        case ErrorCode::kCancelled:
+            return "CANCELLED";
+        case ErrorCode::kDataLoss:
+            return "DATA_LOSS";
+        case ErrorCode::kUnimplemented:
+            return "UNIMPLEMENTED";
+        case ErrorCode::kInternal:
+            return "INTERNAL";
     }
     return "INTERNAL";
 }

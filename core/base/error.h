@@ -23,8 +23,8 @@ enum class ErrorCode {
 // "INVALID_ARGUMENT", ...
 const char* ToString(ErrorCode code);
 
-// The one exception that libraries throw. `what()` is a single line for a person: what is wrong, where
-// (file, and line or byte where known) and what to do about it.
+// The one exception that libraries throw. `what()` is a single line for a person: what is wrong,
+// where (file, and line or byte where known) and what to do about it.
 class Error : public std::runtime_error {
   public:
     Error(ErrorCode code, const std::string& message) : std::runtime_error(message), code_(code) {}

@@ -32,8 +32,8 @@ std::string ReadFile(const std::filesystem::path& path) {
     }
     std::ifstream in(path, std::ios::binary);
     if (!in) {
-        ThrowNotFound(fmt::format("{}: can't open: {}; check the path", path.string(),
-                                  std::strerror(errno)));
+        ThrowNotFound(
+            fmt::format("{}: can't open: {}; check the path", path.string(), std::strerror(errno)));
     }
     std::ostringstream bytes;
     bytes << in.rdbuf();

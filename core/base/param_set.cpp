@@ -108,7 +108,8 @@ std::string ParamSet::GetChoice(const std::string& name, const std::string& othe
             return value;
         }
     }
-    ThrowInvalidArgument(fmt::format("{}={}: unknown; known: {}", name, value, fmt::join(known, ", ")));
+    ThrowInvalidArgument(
+        fmt::format("{}={}: unknown; known: {}", name, value, fmt::join(known, ", ")));
 }
 
 std::vector<std::string> ParamSet::Unused() const {
@@ -126,8 +127,9 @@ void ParamSet::RejectUnused(const std::string& owner) const {
     if (unused.empty()) {
         return;
     }
-    ThrowInvalidArgument(fmt::format("{}: unknown parameter '{}'; known: {}", owner, unused.front(),
-                                     asked_.empty() ? "none" : fmt::format("{}", fmt::join(asked_, ", "))));
+    ThrowInvalidArgument(
+        fmt::format("{}: unknown parameter '{}'; known: {}", owner, unused.front(),
+                    asked_.empty() ? "none" : fmt::format("{}", fmt::join(asked_, ", "))));
 }
 
 NamedParams ParseNamedParams(std::string_view text) {
@@ -141,7 +143,8 @@ NamedParams ParseNamedParams(std::string_view text) {
             const std::string_view item = rest.substr(0, comma);
             const auto equals = item.find('=');
             if (equals == std::string_view::npos || equals == 0) {
-                ThrowInvalidArgument(fmt::format("'{}': '{}' is not of the form key=value", text, item));
+                ThrowInvalidArgument(
+                    fmt::format("'{}': '{}' is not of the form key=value", text, item));
             }
             result.params.Set(std::string(item.substr(0, equals)),
                               std::string(item.substr(equals + 1)));

@@ -16,7 +16,8 @@ Film::Film(const TileRect& window, int display_width, int display_height)
 void Film::Merge(const TileResult& result) {
     const TileRect& r = result.rect;
     if (r.empty() || !window_.Contains(r)) {
-        ThrowInvalidArgument(fmt::format("tile {},{}..{},{} is not in the film", r.x0, r.y0, r.x1, r.y1));
+        ThrowInvalidArgument(
+            fmt::format("tile {},{}..{},{} is not in the film", r.x0, r.y0, r.x1, r.y1));
     }
     const std::size_t n = result.pixels.size();
     if (result.planes.size() != n * kFilmChannelCount) {

@@ -10,8 +10,8 @@
 
 namespace relume {
 
-// The per-pixel state of one frame: kFilmChannelCount float planes over `window`, 160 bytes a pixel.
-// Not thread-safe.
+// The per-pixel state of one frame: kFilmChannelCount float planes over `window`, 160 bytes a
+// pixel. Not thread-safe.
 class Film {
   public:
     Film(const TileRect& window, int display_width, int display_height);
@@ -28,10 +28,10 @@ class Film {
         return {data_.data() + static_cast<std::size_t>(channel) * pixel_count(), pixel_count()};
     }
 
-    // Folds a result in. Each of its pixels must hold the samples that follow those already merged there;
-    // whoever calls sees to that order (server/jobs), which makes the film's bits independent of the
-    // order of arrival. Throws kInvalidArgument if the result does not lie in the window or its sizes
-    // disagree; the film is unchanged then.
+    // Folds a result in. Each of its pixels must hold the samples that follow those already merged
+    // there; whoever calls sees to that order (server/jobs), which makes the film's bits
+    // independent of the order of arrival. Throws kInvalidArgument if the result does not lie in
+    // the window or its sizes disagree; the film is unchanged then.
     void Merge(const TileResult& result);
 
     // Index of the next sample of pixel i: samples merged, bad ones included.
@@ -47,8 +47,8 @@ class Film {
     // The same from the difference of the halves, (A-B)^2 n_a n_b / n^2: one degree of freedom, but
     // right for low-discrepancy samples. Zero if a half is empty.
     Rgb HalfVariance(std::size_t i) const;
-    // Mean over the RGB of variance of the mean / (mean^2 + 0.01), by HalfVariance, averaged over pixels:
-    // the RelMSE of the unfiltered image, estimated without a reference.
+    // Mean over the RGB of variance of the mean / (mean^2 + 0.01), by HalfVariance, averaged over
+    // pixels: the RelMSE of the unfiltered image, estimated without a reference.
     double EstimateRelMSE() const;
     double TotalSamples() const;
     double TotalBadSamples() const;

@@ -49,7 +49,8 @@ void PixelMoments::Merge(const PixelMoments& later) {
         const double n = color_[half][0].n + later.color_[half][0].n;
         const double share = n > 0 ? later.color_[half][0].n / n : 0;
         for (std::size_t f = 0; f < kFeatureCount; ++f) {
-            feature_mean_[half][f] += (later.feature_mean_[half][f] - feature_mean_[half][f]) * share;
+            feature_mean_[half][f] +=
+                (later.feature_mean_[half][f] - feature_mean_[half][f]) * share;
         }
         for (std::size_t c = 0; c < 3; ++c) {
             color_[half][c].Merge(later.color_[half][c]);
@@ -67,7 +68,9 @@ std::uint32_t PixelMoments::next_index() const {
 }
 
 PixelMoments PixelMoments::Load(const float* data, std::size_t stride) {
-    const auto at = [&](std::size_t channel) { return static_cast<double>(data[channel * stride]); };
+    const auto at = [&](std::size_t channel) {
+        return static_cast<double>(data[channel * stride]);
+    };
     PixelMoments p;
     const double n[2] = {at(kCountA), at(kCountB)};
     for (std::size_t c = 0; c < 3; ++c) {

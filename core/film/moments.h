@@ -31,12 +31,12 @@ struct Moments {
 };
 
 // Everything that the film keeps of one pixel, in double while it is added up; stored and sent as
-// kFilmChannelCount floats. Merging is not associative in the last bit, so that whoever merges does it in
-// order of sample index.
+// kFilmChannelCount floats. Merging is not associative in the last bit, so that whoever merges does
+// it in order of sample index.
 class PixelMoments {
   public:
-    // `index` is the global sample index: its parity is the half. A sample with a NaN or an infinity is
-    // counted as bad and leaves no other trace.
+    // `index` is the global sample index: its parity is the half. A sample with a NaN or an
+    // infinity is counted as bad and leaves no other trace.
     void Add(std::uint32_t index, const PixelSample& sample);
     void Merge(const PixelMoments& later);
 

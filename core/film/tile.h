@@ -33,8 +33,8 @@ struct TileTask {
 // Cuts `window` into tiles of at most `size` x `size` pixels in row-major order.
 std::vector<TileRect> CutIntoTiles(const TileRect& window, int size);
 
-// What was rendered: `planes` holds film channels (aov.h), each for the active pixels (count > 0) of the
-// task in row-major order, plane after plane.
+// What was rendered: `planes` holds film channels (aov.h), each for the active pixels (count > 0)
+// of the task in row-major order, plane after plane.
 struct TileResult {
     TileRect rect;
     std::vector<std::uint32_t> pixels;  // indices into rect, row-major, rising

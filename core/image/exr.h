@@ -8,9 +8,9 @@
 
 namespace relume {
 
-// OpenEXR scanline files, the only door to the library. Channels are written as 32-bit floats with ZIP
-// compression; data window, display window and text metadata are kept. Reading takes half, float and
-// uint channels, scanlines or tiles, of the first part.
+// OpenEXR scanline files, the only door to the library. Channels are written as 32-bit floats with
+// ZIP compression; data window, display window and text metadata are kept. Reading takes half,
+// float and uint channels, scanlines or tiles, of the first part.
 
 // Throws Error naming `name` and what is wrong with it (not an EXR, truncated, unsupported).
 Image ReadExr(const std::filesystem::path& path);

@@ -60,8 +60,8 @@ std::string ImageDigest(const Image& image) {
         return image.channels()[a] < image.channels()[b];
     });
     Sha256 sha;
-    sha.Update(fmt::format("{} {} {} {} {} {}\n", image.x0(), image.y0(), image.width(), image.height(),
-                           image.display_width(), image.display_height()));
+    sha.Update(fmt::format("{} {} {} {} {} {}\n", image.x0(), image.y0(), image.width(),
+                           image.height(), image.display_width(), image.display_height()));
     for (const std::size_t i : order) {
         sha.Update(image.channels()[i] + "\n");
         const auto plane = image.Plane(static_cast<int>(i));

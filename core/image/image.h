@@ -8,8 +8,8 @@
 namespace relume {
 
 // Pixels as float32 planes with names ("R", "albedo.R", "Z"), linear Rec. 709 for colours.
-// The planes cover the data window: `width` x `height` pixels whose top-left one is (x0, y0) of a display
-// window of display_width x display_height (the full frame, of which a crop is a part).
+// The planes cover the data window: `width` x `height` pixels whose top-left one is (x0, y0) of a
+// display window of display_width x display_height (the full frame, of which a crop is a part).
 class Image {
   public:
     Image() = default;
@@ -34,7 +34,9 @@ class Image {
 
     // Row-major from the top-left pixel. The name form throws kNotFound and lists the channels.
     std::span<float> Plane(int index) { return planes_[static_cast<std::size_t>(index)]; }
-    std::span<const float> Plane(int index) const { return planes_[static_cast<std::size_t>(index)]; }
+    std::span<const float> Plane(int index) const {
+        return planes_[static_cast<std::size_t>(index)];
+    }
     std::span<float> Plane(const std::string& channel);
     std::span<const float> Plane(const std::string& channel) const;
 
@@ -50,8 +52,8 @@ class Image {
     std::map<std::string, std::string> metadata_;
 };
 
-// SHA-256 over the windows, the names of the channels and their bits in order of name; metadata does not
-// count. Two renders of one job have the same digest.
+// SHA-256 over the windows, the names of the channels and their bits in order of name; metadata
+// does not count. Two renders of one job have the same digest.
 std::string ImageDigest(const Image& image);
 
 }  // namespace relume

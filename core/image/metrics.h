@@ -25,7 +25,7 @@ struct ImageError {
 // Compares channels layer.R, layer.G, layer.B ("" for R, G, B) of the data windows. Throws
 // kInvalidArgument if sizes differ or channels lack. SSIM needs 11x11 pixels, and is NaN below.
 ImageError CompareImages(const Image& reference, const Image& test,
-                         const std::string& reference_layer = "", const std::string& test_layer = "",
-                         bool with_flip = true);
+                         const std::string& reference_layer = "",
+                         const std::string& test_layer = "", bool with_flip = true);
 
 }  // namespace relume

@@ -4,7 +4,8 @@
 
 namespace relume {
 
-// Orthonormal basis whose z is a normal (Duff et al. 2017, "Building an Orthonormal Basis, Revisited").
+// Orthonormal basis whose z is a normal (Duff et al. 2017, "Building an Orthonormal Basis,
+// Revisited").
 struct Frame {
     Vec3f x, y, z;
 
@@ -12,7 +13,8 @@ struct Frame {
         const float sign = std::copysign(1.0f, n.z);
         const float a = -1.0f / (sign + n.z);
         const float b = n.x * n.y * a;
-        return {{1 + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}, n};
+        return {
+            {1 + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}, n};
     }
     // x is `t` made orthogonal to n; any basis if they are parallel.
     static Frame FromZX(Vec3f n, Vec3f t) {

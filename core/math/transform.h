@@ -18,7 +18,8 @@ class Transform {
     static Transform Rotate(float x, float y, float z, float w);
     // 4x4 in column-major order, as glTF and pbrt store it; the last row must be 0 0 0 1.
     static Transform FromColumns(const std::array<float, 16>& columns);
-    // Camera at `eye` that looks to `target`: camera space looks along -z with +y up (glTF, OpenGL).
+    // Camera at `eye` that looks to `target`: camera space looks along -z with +y up (glTF,
+    // OpenGL).
     static Transform LookAt(Vec3f eye, Vec3f target, Vec3f up);
 
     Vec3f Point(Vec3f p) const;

@@ -8,8 +8,8 @@
 
 namespace relume {
 
-// Where a loader gets a scene's files from: a folder, or blobs by digest on a worker. Names are relative to
-// the main file's folder, with forward slashes. Thread-safe.
+// Where a loader gets a scene's files from: a folder, or blobs by digest on a worker. Names are
+// relative to the main file's folder, with forward slashes. Thread-safe.
 class FileSource {
   public:
     virtual ~FileSource() = default;
@@ -17,7 +17,8 @@ class FileSource {
     virtual std::string Read(const std::string& name) const = 0;
 };
 
-// Files below `folder`; a name that leaves it ("../x", "/x", a link out of it) throws kInvalidArgument.
+// Files below `folder`; a name that leaves it ("../x", "/x", a link out of it) throws
+// kInvalidArgument.
 std::unique_ptr<FileSource> MakeFolderSource(const std::string& folder);
 
 struct LoadOptions {
@@ -26,9 +27,9 @@ struct LoadOptions {
     float environment_scale = 1;
 };
 
-// Loads `main_name` by the first format that takes its extension (formats.cpp). Throws Error with file,
-// place and remedy on anything that would not render right: missing file, truncated data, NaN vertex,
-// empty mesh, index out of range, singular transform.
+// Loads `main_name` by the first format that takes its extension (formats.cpp). Throws Error with
+// file, place and remedy on anything that would not render right: missing file, truncated data, NaN
+// vertex, empty mesh, index out of range, singular transform.
 Scene LoadScene(const FileSource& files, const std::string& main_name, const LoadOptions& options);
 
 // The names of all files that LoadScene reads, main file first, each once, in the file's order.

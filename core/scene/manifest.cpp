@@ -40,10 +40,12 @@ void ValidateManifest(const SceneManifest& manifest) {
     for (const auto& entry : manifest.entries) {
         if (!IsSafeRelativePath(entry.path)) {
             ThrowInvalidArgument(fmt::format(
-                "scene file '{}': the path must be relative and stay below the scene's folder", entry.path));
+                "scene file '{}': the path must be relative and stay below the scene's folder",
+                entry.path));
         }
         if (!IsSha256Hex(entry.sha256)) {
-            ThrowInvalidArgument(fmt::format("scene file '{}': its SHA-256 is malformed", entry.path));
+            ThrowInvalidArgument(
+                fmt::format("scene file '{}': its SHA-256 is malformed", entry.path));
         }
         if (!seen.insert(entry.path).second) {
             ThrowInvalidArgument(fmt::format("scene file '{}' is listed twice", entry.path));

@@ -18,14 +18,15 @@ struct SceneManifest {
     std::vector<ManifestEntry> entries;  // main file first
 };
 
-// Throws kInvalidArgument that names the entry: a path that is absolute, leaves its folder or comes twice, a
-// malformed digest, a main file that is not among the entries, more than 100,000 entries.
+// Throws kInvalidArgument that names the entry: a path that is absolute, leaves its folder or comes
+// twice, a malformed digest, a main file that is not among the entries, more than 100,000 entries.
 void ValidateManifest(const SceneManifest& manifest);
 
 // True if `path` is relative, not empty, and has no "..", empty or "." part, backslash or NUL.
 bool IsSafeRelativePath(const std::string& path);
 
-// The scene's digest: of its main path, and of the paths and digests of its entries in order of path.
+// The scene's digest: of its main path, and of the paths and digests of its entries in order of
+// path.
 std::string ManifestDigest(const SceneManifest& manifest);
 
 }  // namespace relume

@@ -7,19 +7,19 @@
 
 namespace relume {
 
-// What beside the scene decides a sample's value: two jobs with equal settings and scene share every
-// sample. Budgets, tile sizes and filters are not in here.
+// What beside the scene decides a sample's value: two jobs with equal settings and scene share
+// every sample. Budgets, tile sizes and filters are not in here.
 struct RenderSettings {
     int width = 0, height = 0;  // full frame; 1 to 65536 a side
     TileRect crop;              // part of it; empty = all
     std::uint32_t seed = 0;
-    int max_depth = 8;          // path segments from the camera, at least 1; 1 = emission seen directly
-    std::string camera;         // name or index in the scene; "" = first, or a fitted one
+    int max_depth = 8;   // path segments from the camera, at least 1; 1 = emission seen directly
+    std::string camera;  // name or index in the scene; "" = first, or a fitted one
     float lens_radius = -1;     // scene units; negative = the camera's own
     float focus_distance = -1;  // scene units; negative = the camera's own
     std::string environment;    // name in the manifest; "" = the scene's own
     float environment_scale = 1;
-    bool allow_black = false;   // render although nothing shines
+    bool allow_black = false;  // render although nothing shines
 
     TileRect Window() const { return crop.empty() ? TileRect{0, 0, width, height} : crop; }
 };

@@ -21,7 +21,9 @@ v1::TileRect ToProto(const TileRect& rect) {
     return message;
 }
 
-TileRect FromProto(const v1::TileRect& rect) { return {rect.x0(), rect.y0(), rect.x1(), rect.y1()}; }
+TileRect FromProto(const v1::TileRect& rect) {
+    return {rect.x0(), rect.y0(), rect.x1(), rect.y1()};
+}
 
 v1::RenderSettings ToProto(const RenderSettings& s) {
     v1::RenderSettings message;
@@ -115,7 +117,8 @@ std::vector<std::uint32_t> GetPerPixel(const google::protobuf::RepeatedField<std
         return std::vector<std::uint32_t>(pixels, field[0]);
     }
     if (static_cast<std::size_t>(field.size()) != pixels) {
-        ThrowInvalidArgument(fmt::format("lease has {} per-pixel values for {} pixels", field.size(), pixels));
+        ThrowInvalidArgument(
+            fmt::format("lease has {} per-pixel values for {} pixels", field.size(), pixels));
     }
     return {field.begin(), field.end()};
 }
@@ -131,7 +134,9 @@ void TaskToLease(const TileTask& task, v1::Lease* lease) {
 TileTask TaskFromLease(const v1::Lease& lease) {
     TileTask task;
     task.rect = FromProto(lease.rect());
-    if (task.rect.empty() || task.rect.width() > kMaxTileSide || task.rect.height() > kMaxTileSide) {
+    const TileRect image{0, 0, kMaxImageSide, kMaxImageSide};  // beyond it differences overflow
+    if (task.rect.empty() || !image.Contains(task.rect) || task.rect.width() > kMaxTileSide ||
+        task.rect.height() > kMaxTileSide) {
         ThrowInvalidArgument(fmt::format("lease {}: tile is empty or larger than {} pixels a side",
                                          lease.id(), kMaxTileSide));
     }
@@ -141,7 +146,8 @@ TileTask TaskFromLease(const v1::Lease& lease) {
 }
 
 std::string EncodePlanes(const TileResult& result) {
-    return {reinterpret_cast<const char*>(result.planes.data()), result.planes.size() * sizeof(float)};
+    return {reinterpret_cast<const char*>(result.planes.data()),
+            result.planes.size() * sizeof(float)};
 }
 
 TileResult DecodePlanes(const TileTask& task, const std::string& planes) {

@@ -10,8 +10,9 @@
 
 namespace relume::codec {
 
-// Conversions between messages and core types, nothing else. FromProto throws kInvalidArgument on anything
-// that is malformed, so that whatever it returns can be used without another check of its shape.
+// Conversions between messages and core types, nothing else. FromProto throws kInvalidArgument on
+// anything that is malformed, so that whatever it returns can be used without another check of its
+// shape.
 
 v1::TileRect ToProto(const TileRect& rect);
 TileRect FromProto(const v1::TileRect& rect);

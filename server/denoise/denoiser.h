@@ -21,12 +21,13 @@ struct Needs {
 
 struct Result {
     Plane color[3];
-    std::optional<Plane> error;  // estimated squared error of `color` a pixel, mean over RGB; may be negative
+    std::optional<Plane>
+        error;  // estimated squared error of `color` a pixel, mean over RGB; may be negative
     std::map<std::string, std::string> notes;  // what was chosen, for the report
 };
 
-// One filtering method with its parameters. Reconstruct is a pure function of the frame: the same bits for
-// any number of threads. Throws kCancelled soon after `cancel` is set.
+// One filtering method with its parameters. Reconstruct is a pure function of the frame: the same
+// bits for any number of threads. Throws kCancelled soon after `cancel` is set.
 class Denoiser {
   public:
     virtual ~Denoiser() = default;
@@ -36,8 +37,12 @@ class Denoiser {
     virtual Result Reconstruct(const Frame& frame, const CancelToken& cancel) const = 0;
 };
 
-// "bilateral:mode=printed,taylor=8"; an unknown name or parameter throws kInvalidArgument with the known ones.
+// "bilateral:mode=printed,taylor=8"; an unknown name or parameter throws kInvalidArgument with the
+// known ones.
 std::unique_ptr<Denoiser> MakeDenoiser(const std::string& text);
+
+// Text for people: every filter with its source, and its parameters with defaults and units.
+std::string DescribeDenoisers();
 
 // Checks needs, runs, and replaces any pixel that came out non-finite by the frame's own.
 Result RunDenoiser(const Denoiser& denoiser, const Frame& frame, const CancelToken& cancel);

@@ -10,15 +10,16 @@ namespace relume::denoise {
 
 using Plane = std::vector<float>;  // width x height, row-major
 
-// What filters see of a frame: planes taken from a film or from an EXR, sanitised: a pixel without finite
-// value holds the mean of its finite 3x3 neighbours, the largest of their variances, and is flagged.
+// What filters see of a frame: planes taken from a film or from an EXR, sanitised: a pixel without
+// finite value holds the mean of its finite 3x3 neighbours, the largest of their variances, and is
+// flagged.
 struct Frame {
     int width = 0, height = 0;
-    Plane color[3];            // mean radiance of all samples
-    Plane variance[3];         // variance of that mean (regularised where halves are there: methods 1.2)
-    Plane sample_variance[3];  // of the mean, from the samples' own variance alone
-    Plane half[2][3];          // means of the halves; empty if the source has none
-    Plane count;               // finite samples
+    Plane color[3];     // mean radiance of all samples
+    Plane variance[3];  // variance of that mean (regularised where halves are there: methods 1.2)
+    Plane sample_variance[3];               // of the mean, from the samples' own variance alone
+    Plane half[2][3];                       // means of the halves; empty if the source has none
+    Plane count;                            // finite samples
     Plane feature[kFeatureCount];           // means; empty if the source lacks the feature
     Plane feature_variance[kFeatureCount];  // of one sample; empty or as feature
     Plane feature_half[2][kFeatureCount];   // means of the halves; empty or as feature
@@ -30,9 +31,9 @@ struct Frame {
 
 Frame FrameFromFilm(const Film& film);
 
-// From the layers that Relume writes (noisy.*, variance.*, albedo.*, N.*, Z, buffer_a.*, buffer_b.*, ...) or
-// other renderers' names for them; plain R G B is the noisy image if there is no `noisy`. What is
-// missing is said in `notes`; a missing colour throws kInvalidArgument.
+// From the layers that Relume writes (noisy.*, variance.*, albedo.*, N.*, Z, buffer_a.*,
+// buffer_b.*, ...) or other renderers' names for them; plain R G B is the noisy image if there is
+// no `noisy`. What is missing is said in `notes`; a missing colour throws kInvalidArgument.
 Frame FrameFromImage(const Image& image, std::vector<std::string>* notes);
 
 }  // namespace relume::denoise

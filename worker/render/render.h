@@ -14,15 +14,15 @@ namespace relume::render {
 // A scene made ready to trace: Embree structures, textures, lights, camera. Immutable, thread-safe.
 class Renderer {
   public:
-    // Builds in parallel (core/base/parallel.h). Keeps what it needs of `scene`. Throws Error naming material,
-    // light or camera if a type or parameter is unknown, or if nothing shines (unless
-    // settings.allow_black).
+    // Builds in parallel (core/base/parallel.h). Keeps what it needs of `scene`. Throws Error
+    // naming material, light or camera if a type or parameter is unknown, or if nothing shines
+    // (unless settings.allow_black).
     Renderer(std::shared_ptr<const Scene> scene, const RenderSettings& settings);
     ~Renderer();
 
-    // Renders a task on the calling thread; any number of threads may call at once. A pure function of
-    // (scene, settings, task): the same bits on any machine of the numeric class, and for each pixel
-    // whatever the tile. Returns an empty result (no pixels) if cancelled.
+    // Renders a task on the calling thread; any number of threads may call at once. A pure function
+    // of (scene, settings, task): the same bits on any machine of the numeric class, and for each
+    // pixel whatever the tile. Returns an empty result (no pixels) if cancelled.
     TileResult RenderTile(const TileTask& task, const CancelToken& cancel) const;
 
     // What the scene needed and what was replaced (a fitted camera), for people.

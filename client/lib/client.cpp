@@ -1,0 +1,335 @@
+#include "client/lib/client.h"
+
+#include <fmt/format.h>
+#include <grpcpp/create_channel.h>
+
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <random>
+
+#include "client/lib/job_names.h"
+#include "core/base/error.h"
+#include "core/base/sha256.h"
+#include "proto/codec/codec.h"
+#include "proto/codec/status.h"
+
+namespace relume::client {
+namespace {
+
+constexpr double kUnarySeconds = 20;
+constexpr double kChunkSeconds = 600;  // one blob, one result
+
+}  // namespace
+
+// A call's context, known to Interrupt while it lives.
+class Client::CallContext {
+  public:
+    // `seconds` 0: no deadline.
+    CallContext(Client* client, double seconds) : client_(client) {
+        if (seconds > 0) {
+            context_.set_deadline(std::chrono::system_clock::now() +
+                                  std::chrono::milliseconds(static_cast<int>(seconds * 1000)));
+        }
+        const std::lock_guard lock(client_->mutex_);
+        client_->current_ = &context_;
+        if (client_->interrupted_) {
+            context_.TryCancel();
+        }
+    }
+    ~CallContext() {
+        const std::lock_guard lock(client_->mutex_);
+        client_->current_ = nullptr;
+    }
+    CallContext(const CallContext&) = delete;
+    CallContext& operator=(const CallContext&) = delete;
+
+    grpc::ClientContext* get() { return &context_; }
+
+  private:
+    Client* client_;
+    grpc::ClientContext context_;
+};
+
+Client::Client(const std::string& server) : server_(server) {
+    grpc::ChannelArguments arguments;
+    arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 20'000);
+    arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
+    arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
+    arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
+    arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 100);
+    arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 2'000);
+    channel_ = grpc::CreateCustomChannel(server, grpc::InsecureChannelCredentials(), arguments);
+    jobs_ = v1::JobService::NewStub(channel_);
+    blobs_ = v1::BlobService::NewStub(channel_);
+}
+
+void Client::Interrupt() {
+    interrupted_ = true;
+    const std::lock_guard lock(mutex_);
+    if (current_ != nullptr) {
+        current_->TryCancel();
+    }
+    interrupt_.notify_all();
+}
+
+void Client::Throw(const grpc::Status& status) const {
+    if (interrupted_) {
+        throw Error(ErrorCode::kCancelled, "interrupted");
+    }
+    throw codec::FromStatus(status, server_);
+}
+
+void Client::WaitToRetry(const grpc::Status& status, double* waited, double* backoff) {
+    if (interrupted_ || status.error_code() != grpc::StatusCode::UNAVAILABLE ||
+        *waited >= kPatienceSeconds) {
+        Throw(status);
+    }
+    static thread_local std::mt19937 random(std::random_device{}());
+    const double seconds = *backoff * std::uniform_real_distribution<>(0.5, 1.5)(random);
+    std::unique_lock lock(mutex_);
+    interrupt_.wait_for(lock, std::chrono::duration<double>(seconds),
+                        [&] { return interrupted_.load(); });
+    *waited += seconds;
+    *backoff = std::min(2 * *backoff, 2.0);
+}
+
+void Client::UploadScene(const LocalScene& scene,
+                         const std::function<void(std::uint64_t, std::uint64_t)>& progress) {
+    // Which blobs lack, and how much of each.
+    std::map<std::string, const ManifestEntry*> entries;
+    v1::FindMissingBlobsRequest request;
+    for (const auto& entry : scene.manifest.entries) {
+        if (entries.emplace(entry.sha256, &entry).second) {
+            request.add_sha256(entry.sha256);
+        }
+    }
+    v1::FindMissingBlobsResponse missing;
+    {
+        CallContext context(this, kUnarySeconds);
+        const auto status = blobs_->FindMissingBlobs(context.get(), request, &missing);
+        if (!status.ok()) {
+            Throw(status);
+        }
+    }
+    std::uint64_t due = 0, done = 0;
+    for (const auto& blob : missing.missing()) {
+        due += entries.at(blob.sha256())->size - blob.offset();
+    }
+    for (const auto& blob : missing.missing()) {
+        const ManifestEntry& entry = *entries.at(blob.sha256());
+        UploadBlob(entry.sha256, entry.size, blob.offset(), scene.files.at(entry.path),
+                   [&](std::uint64_t bytes) { progress(done + bytes, due); });
+        done += entry.size - blob.offset();
+    }
+}
+
+void Client::UploadBlob(const std::string& sha256, std::uint64_t size, std::uint64_t offset,
+                        const std::string& path,
+                        const std::function<void(std::uint64_t)>& progress) {
+    double waited = 0, backoff = 0.1;
+    const std::uint64_t start = offset;
+    for (;;) {
+        std::ifstream in(path, std::ios::binary);
+        in.seekg(static_cast<std::streamoff>(offset));
+        CallContext context(this, kChunkSeconds);
+        v1::WriteBlobResponse response;
+        const auto writer = blobs_->WriteBlob(context.get(), &response);
+        v1::WriteBlobRequest chunk;
+        chunk.set_sha256(sha256);
+        chunk.set_size(size);
+        std::string buffer;
+        do {
+            // Half the limit: room for the message's other fields.
+            buffer.resize(std::min<std::uint64_t>(codec::kMaxChunk / 2, size - offset));
+            if (!in.read(buffer.data(), static_cast<std::streamsize>(buffer.size()))) {
+                context.get()->TryCancel();
+                writer->Finish();
+                throw Error(ErrorCode::kDataLoss,
+                            fmt::format("{}: changed while it was sent; try again", path));
+            }
+            chunk.set_offset(offset);
+            chunk.set_data(buffer);
+            if (!writer->Write(chunk)) {
+                break;
+            }
+            chunk.clear_sha256();
+            chunk.clear_size();
+            offset += buffer.size();
+            progress(offset - start);
+        } while (offset < size);
+        writer->WritesDone();
+        const auto status = writer->Finish();
+        if (status.ok()) {
+            return;
+        }
+        WaitToRetry(status, &waited, &backoff);
+
+        // Where the server wants us to go on.
+        v1::FindMissingBlobsRequest request;
+        request.add_sha256(sha256);
+        v1::FindMissingBlobsResponse missing;
+        CallContext ask(this, kUnarySeconds);
+        if (!blobs_->FindMissingBlobs(ask.get(), request, &missing).ok()) {
+            continue;
+        }
+        if (missing.missing().empty()) {
+            return;
+        }
+        offset = missing.missing(0).offset();
+    }
+}
+
+void Client::Validate(const v1::JobSpec& spec) {
+    v1::CreateJobRequest request;
+    *request.mutable_spec() = spec;
+    request.set_validate_only(true);
+    CallContext context(this, kUnarySeconds);
+    v1::CreateJobResponse response;
+    const auto status = jobs_->CreateJob(context.get(), request, &response);
+    if (!status.ok() && status.error_code() != grpc::StatusCode::FAILED_PRECONDITION &&
+        status.error_code() != grpc::StatusCode::NOT_FOUND) {
+        Throw(status);
+    }
+}
+
+v1::Job Client::Create(const v1::JobSpec& spec) {
+    v1::CreateJobRequest request;
+    request.set_request_id(MakeRequestId());
+    *request.mutable_spec() = spec;
+    for (double waited = 0, backoff = 0.1;;) {
+        CallContext context(this, kUnarySeconds);
+        v1::CreateJobResponse response;
+        const auto status = jobs_->CreateJob(context.get(), request, &response);
+        if (status.ok()) {
+            return response.job();
+        }
+        WaitToRetry(status, &waited, &backoff);
+    }
+}
+
+v1::Job Client::Get(const std::string& name) {
+    v1::GetJobRequest request;
+    request.set_name(JobName(name));
+    v1::GetJobResponse response;
+    CallContext context(this, kUnarySeconds);
+    const auto status = jobs_->GetJob(context.get(), request, &response);
+    if (!status.ok()) {
+        Throw(status);
+    }
+    return response.job();
+}
+
+v1::Job Client::Cancel(const std::string& name) {
+    v1::CancelJobRequest request;
+    request.set_name(JobName(name));
+    v1::CancelJobResponse response;
+    CallContext context(this, kUnarySeconds);
+    const auto status = jobs_->CancelJob(context.get(), request, &response);
+    if (!status.ok()) {
+        Throw(status);
+    }
+    return response.job();
+}
+
+std::vector<v1::Job> Client::List(std::size_t limit) {
+    std::vector<v1::Job> jobs;
+    v1::ListJobsRequest request;
+    do {
+        request.set_page_size(static_cast<int>(std::min<std::size_t>(limit - jobs.size(), 1000)));
+        v1::ListJobsResponse response;
+        CallContext context(this, kUnarySeconds);
+        const auto status = jobs_->ListJobs(context.get(), request, &response);
+        if (!status.ok()) {
+            Throw(status);
+        }
+        jobs.insert(jobs.end(), response.jobs().begin(), response.jobs().end());
+        request.set_page_token(response.next_page_token());
+    } while (!request.page_token().empty() && jobs.size() < limit);
+    return jobs;
+}
+
+std::vector<v1::Worker> Client::Workers() {
+    v1::ListWorkersResponse response;
+    CallContext context(this, kUnarySeconds);
+    const auto status = jobs_->ListWorkers(context.get(), v1::ListWorkersRequest(), &response);
+    if (!status.ok()) {
+        Throw(status);
+    }
+    return {response.workers().begin(), response.workers().end()};
+}
+
+v1::Job Client::Watch(const std::string& name,
+                      const std::function<void(const v1::Job&)>& on_event) {
+    v1::WatchJobRequest request;
+    request.set_name(JobName(name));
+    v1::Job job;
+    for (double waited = 0, backoff = 0.1;;) {
+        CallContext context(this, 0);
+        const auto reader = jobs_->WatchJob(context.get(), request);
+        v1::WatchJobResponse response;
+        while (reader->Read(&response)) {
+            waited = 0;
+            backoff = 0.1;
+            request.set_from_event(response.event() + 1);
+            job = response.job();
+            on_event(job);
+        }
+        const auto status = reader->Finish();
+        if (IsOver(job.state())) {
+            return job;
+        }
+        WaitToRetry(status.ok() ? grpc::Status(grpc::StatusCode::UNAVAILABLE,
+                                               "the server closed the stream")
+                                : status,
+                    &waited, &backoff);
+    }
+}
+
+void Client::Fetch(const std::string& name, OutputFile* file) {
+    v1::FetchResultRequest request;
+    request.set_name(JobName(name));
+    Sha256 sha;
+    for (double waited = 0, backoff = 0.1;;) {
+        request.set_offset(file->size());
+        CallContext context(this, kChunkSeconds);
+        const auto reader = jobs_->FetchResult(context.get(), request);
+        v1::FetchResultResponse chunk;
+        std::uint64_t size = 0;
+        std::string sha256;
+        try {
+            while (reader->Read(&chunk)) {
+                if (chunk.offset() != file->size()) {
+                    throw Error(ErrorCode::kDataLoss,
+                                fmt::format("{}: the server sent byte {} of {} instead of {}",
+                                            server_, chunk.offset(), request.name(), file->size()));
+                }
+                sha.Update(chunk.data());
+                file->Append(chunk.data());
+                size = chunk.size();
+                sha256 = chunk.sha256();
+                waited = 0;
+            }
+        } catch (...) {
+            context.get()->TryCancel();
+            reader->Finish();
+            throw;
+        }
+        const auto status = reader->Finish();
+        if (status.ok() && file->size() == size) {
+            if (sha.HexDigest() != sha256) {
+                throw Error(
+                    ErrorCode::kDataLoss,
+                    fmt::format("{}: the result of {} was damaged on its way; fetch it again",
+                                server_, request.name()));
+            }
+            return;
+        }
+        WaitToRetry(status.ok()
+                        ? grpc::Status(grpc::StatusCode::UNAVAILABLE, "the result broke off")
+                        : status,
+                    &waited, &backoff);
+    }
+}
+
+}  // namespace relume::client

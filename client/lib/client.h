@@ -1,0 +1,83 @@
+#pragma once
+
+#include <grpcpp/channel.h>
+#include <grpcpp/client_context.h>
+
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "client/lib/output_file.h"
+#include "client/lib/scene_files.h"
+#include "relume/v1/blobs.grpc.pb.h"
+#include "relume/v1/jobs.grpc.pb.h"
+
+namespace relume::client {
+
+// A client of one server. Every call has a deadline or, where it waits for a job, comes back after
+// Interrupt. Failures are Errors with a line for a person; kUnavailable means that the server can't
+// be reached. One thread uses it; Interrupt may come from any.
+class Client {
+  public:
+    // `server` is HOST:PORT.
+    explicit Client(const std::string& server);
+
+    // Uploads what the server lacks. `progress` gets the bytes done and due so far.
+    void UploadScene(const LocalScene& scene,
+                     const std::function<void(std::uint64_t, std::uint64_t)>& progress);
+
+    // Asks the server what it thinks of a job without making one. A scene whose files are not there
+    // yet is no objection.
+    void Validate(const v1::JobSpec& spec);
+    // Makes the job. Safe to repeat within: the request carries an id.
+    v1::Job Create(const v1::JobSpec& spec);
+
+    v1::Job Get(const std::string& name);
+    v1::Job Cancel(const std::string& name);
+    // Newest first, at most `limit`.
+    std::vector<v1::Job> List(std::size_t limit);
+    std::vector<v1::Worker> Workers();
+
+    // Calls `on_event` for each event until the job is over; answers with the job. A broken
+    // connection is taken up again at the next event; a server that stays away for kPatienceSeconds
+    // is an error.
+    v1::Job Watch(const std::string& name, const std::function<void(const v1::Job&)>& on_event);
+
+    // Appends the job's result to `file`, going on where a broken connection left off; checks its
+    // SHA-256. `file` is not committed.
+    void Fetch(const std::string& name, OutputFile* file);
+
+    // Makes the call under way, and all later ones, end with kCancelled until Resume.
+    void Interrupt();
+    void Resume() { interrupted_ = false; }
+
+    const std::string& server() const { return server_; }
+
+    static constexpr double kPatienceSeconds = 30;
+
+  private:
+    class CallContext;
+    [[noreturn]] void Throw(const grpc::Status& status) const;
+    // Waits before the next attempt of a call that failed with `status`; throws if it is not worth
+    // one.
+    void WaitToRetry(const grpc::Status& status, double* waited, double* backoff);
+    void UploadBlob(const std::string& sha256, std::uint64_t size, std::uint64_t offset,
+                    const std::string& path, const std::function<void(std::uint64_t)>& progress);
+
+    std::string server_;
+    std::shared_ptr<grpc::Channel> channel_;
+    std::unique_ptr<v1::JobService::Stub> jobs_;
+    std::unique_ptr<v1::BlobService::Stub> blobs_;
+
+    std::atomic<bool> interrupted_{false};
+    std::mutex mutex_;                        // guards all below
+    grpc::ClientContext* current_ = nullptr;  // of the call under way
+    std::condition_variable interrupt_;
+};
+
+}  // namespace relume::client

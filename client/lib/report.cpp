@@ -1,0 +1,163 @@
+#include "client/lib/report.h"
+
+#include <algorithm>
+
+#include "client/lib/job_names.h"
+#include "proto/codec/protocol.h"
+
+namespace relume::client {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json SceneJson(const v1::Job& job, const ReportFacts& facts) {
+    std::uint64_t bytes = 0;
+    for (const auto& entry : facts.scene.entries) {
+        bytes += entry.size;
+    }
+    return {{"main", facts.scene.main},
+            {"files", facts.scene.entries.size()},
+            {"bytes", bytes},
+            {"sha256", job.scene_sha256()}};
+}
+
+Json SettingsJson(const v1::JobSpec& spec) {
+    const v1::RenderSettings& s = spec.settings();
+    Json json{{"width", s.width()},
+              {"height", s.height()},
+              {"crop", nullptr},
+              {"spp", spec.spp()},
+              {"sampler", spec.sampler()},
+              {"filter", spec.filter()},
+              {"seed", s.seed()},
+              {"max_depth", s.max_depth()},
+              {"camera", s.camera()},
+              {"lens_radius", nullptr},
+              {"focus_distance", nullptr},
+              {"environment", s.environment()},
+              {"environment_scale", s.environment_scale()},
+              {"allow_black", s.allow_black()},
+              {"tile_size", spec.tile_size()},
+              {"layers", spec.all_layers() ? "all" : "basic"}};
+    if (s.has_crop()) {
+        json["crop"] = {s.crop().x0(), s.crop().y0(), s.crop().x1(), s.crop().y1()};
+    }
+    if (s.has_lens_radius()) {
+        json["lens_radius"] = s.lens_radius();
+    }
+    if (s.has_focus_distance()) {
+        json["focus_distance"] = s.focus_distance();
+    }
+    return json;
+}
+
+Json PassesJson(const v1::Job& job) {
+    Json passes = Json::array();
+    for (const auto& pass : job.passes()) {
+        passes.push_back({{"index", pass.index()},
+                          {"samples", pass.samples()},
+                          {"active_pixels", pass.active_pixels()},
+                          {"relmse", pass.relmse()},
+                          {"seconds", pass.seconds()}});
+    }
+    return passes;
+}
+
+Json WorkersJson(const v1::Job& job) {
+    std::uint64_t total = 0;
+    for (const auto& worker : job.workers()) {
+        total += worker.samples();
+    }
+    Json workers = Json::array();
+    for (const auto& worker : job.workers()) {
+        workers.push_back(
+            {{"name", worker.worker()},
+             {"samples", worker.samples()},
+             {"share",
+              total > 0 ? static_cast<double>(worker.samples()) / static_cast<double>(total) : 0},
+             {"leases", worker.leases()},
+             {"busy_seconds", worker.busy_seconds()}});
+    }
+    return workers;
+}
+
+Json FilterJson(const v1::FilterSummary& filter) {
+    Json json{{"filter", filter.filter()},
+              {"seconds", filter.seconds()},
+              {"mse", nullptr},
+              {"notes", Json::object()}};
+    if (filter.has_mse()) {
+        json["mse"] = filter.mse();
+    }
+    for (const auto& [key, value] : filter.notes()) {
+        json["notes"][key] = value;
+    }
+    return json;
+}
+
+// Each note once, the preflight's first.
+Json NotesJson(const v1::Job& job, const ReportFacts& facts) {
+    std::vector<std::string> notes = facts.notes;
+    for (const auto& note : job.notes()) {
+        if (std::find(notes.begin(), notes.end(), note) == notes.end()) {
+            notes.push_back(note);
+        }
+    }
+    return notes;
+}
+
+double PerSecond(std::uint64_t count, double seconds) {
+    return seconds > 0 ? static_cast<double>(count) / seconds : 0;
+}
+
+}  // namespace
+
+double MeanSpp(const v1::Job& job) {
+    const v1::RenderSettings& s = job.spec().settings();
+    double pixels = static_cast<double>(s.width()) * s.height();
+    if (s.has_crop()) {
+        pixels =
+            static_cast<double>(s.crop().x1() - s.crop().x0()) * (s.crop().y1() - s.crop().y0());
+    }
+    return pixels > 0 ? static_cast<double>(job.samples_done()) / pixels : 0;
+}
+
+Json MakeReport(const v1::Job& job, const ReportFacts& facts) {
+    const double wait = std::max(0.0, facts.job - job.render_seconds() - job.filter().seconds());
+    return {
+        {"version", kBuild},
+        {"job", job.name()},
+        {"state", StateName(job.state())},
+        {"why_stopped", job.message()},
+        {"scene", SceneJson(job, facts)},
+        {"settings", SettingsJson(job.spec())},
+        {"notes", NotesJson(job, facts)},
+        {"samples", job.samples_done()},
+        {"spp", MeanSpp(job)},
+        {"bad_samples", job.bad_samples()},
+        {"rays", job.rays()},
+        {"samples_per_second", PerSecond(job.samples_done(), job.render_seconds())},
+        {"rays_per_second", PerSecond(job.rays(), job.render_seconds())},
+        {"relmse", job.relmse()},
+        {"passes", PassesJson(job)},
+        {"filter", FilterJson(job.filter())},
+        {"workers", WorkersJson(job)},
+        {"leases",
+         {{"issued", job.leases_issued()},
+          {"reissued", job.leases_reissued()},
+          {"duplicate", job.results_duplicate()}}},
+        {"seconds",
+         {{"check", facts.check},
+          {"start", facts.start},
+          {"upload", facts.upload},
+          {"wait", wait},
+          {"render", job.render_seconds()},
+          {"filter", job.filter().seconds()},
+          {"fetch", facts.fetch},
+          {"total", facts.total}}},
+        {"image",
+         {{"file", facts.output}, {"sha256", job.image_sha256()}, {"bytes", job.result_size()}}},
+    };
+}
+
+}  // namespace relume::client

@@ -1,0 +1,193 @@
+#include <algorithm>
+#include <cstring>
+#include <exception>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "core/base/error.h"
+#include "core/scene/gltf.h"
+
+namespace relume::gltf {
+namespace {
+
+using nlohmann::json;
+
+constexpr int kMaxDepth = 64;  // of JSON; what is deeper is an attack on the stack
+
+const std::set<std::string> kKnownExtensions = {
+    "KHR_lights_punctual",   "KHR_materials_emissive_strength",
+    "KHR_materials_ior",     "KHR_materials_transmission",
+    "KHR_materials_volume",  "KHR_mesh_quantization",
+    "KHR_texture_transform",
+};
+
+std::uint32_t Little32(const std::string& bytes, std::size_t at) {
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < 4; ++i) {
+        value |= static_cast<std::uint32_t>(static_cast<unsigned char>(bytes[at + i])) << (8 * i);
+    }
+    return value;
+}
+
+// Splits a .glb (section 4.4): a header of magic, version and length, then chunks of length, type
+// and data: JSON first, binary second.
+std::string SplitBinary(const std::string& bytes, Document* document) {
+    const auto truncated = [&](std::size_t wanted) {
+        throw Error(ErrorCode::kDataLoss,
+                    fmt::format("{}: truncated: has {} bytes, needs {}; restore the file",
+                                document->name, bytes.size(), wanted));
+    };
+    if (bytes.size() < 20) {
+        truncated(20);
+    }
+    if (Little32(bytes, 4) != 2) {
+        Fail(document->name,
+             fmt::format("binary glTF version {} is not known; export the scene as glTF 2.0",
+                         Little32(bytes, 4)));
+    }
+    const std::size_t length = Little32(bytes, 8);
+    if (bytes.size() < length) {
+        truncated(length);
+    }
+    std::string text;
+    std::size_t chunk = 0;
+    for (std::size_t at = 12; at + 8 <= length; ++chunk) {
+        const std::size_t size = Little32(bytes, at);
+        const std::string type = bytes.substr(at + 4, 4);
+        if (size > length - at - 8) {
+            Fail(document->name,
+                 fmt::format("byte {}: chunk {} is longer than the file; export the scene "
+                             "again",
+                             at, chunk));
+        }
+        if (chunk == 0) {
+            if (type != "JSON") {
+                Fail(document->name,
+                     "byte 16: the first chunk is not JSON; export the scene again");
+            }
+            text = bytes.substr(at + 8, size);
+        } else if (chunk == 1 && type == std::string("BIN\0", 4)) {
+            document->binary_chunk = bytes.substr(at + 8, size);
+        }
+        at += 8 + size;
+    }
+    return text;
+}
+
+// One line for a person out of the library's "[json.exception...] parse error at line 1, column 2:
+// ...".
+std::string Readable(const std::exception& error) {
+    std::string text = error.what();
+    if (!text.empty() && text.front() == '[') {
+        text = text.substr(std::min(text.find(']') + 2, text.size()));
+    }
+    std::replace(text.begin(), text.end(), '\n', ' ');
+    while (!text.empty() && text.back() == ' ') {
+        text.pop_back();
+    }
+    constexpr std::size_t kMaxMessage = 200;  // the token it quotes may be a data URI
+    return text.size() <= kMaxMessage ? text : text.substr(0, kMaxMessage) + "...";
+}
+
+json ParseJson(const std::string& text, const std::string& name) {
+    const auto limit_depth = [&](int depth, json::parse_event_t, json&) {
+        if (depth > kMaxDepth) {
+            Fail(name,
+                 fmt::format("JSON is nested deeper than {}; export the scene again", kMaxDepth));
+        }
+        return true;
+    };
+    json root;
+    try {
+        root = json::parse(text, limit_depth);
+    } catch (const json::exception& error) {
+        Fail(name, fmt::format("not whole JSON: {}; restore the file or export it again",
+                               Readable(error)));
+    }
+    if (!root.is_object()) {
+        Fail(name, "is JSON but not glTF; choose a glTF 2.0 file");
+    }
+    return root;
+}
+
+// Takes what this loader reads itself out of `root`.
+void TakeBuffersAndImages(json* root, Document* document) {
+    for (const json& entry : root->value("buffers", json::array())) {
+        document->buffers.push_back(
+            {entry.value("uri", std::string()), entry.at("byteLength").get<std::uint64_t>()});
+    }
+    for (const json& entry : root->value("images", json::array())) {
+        document->images.push_back({entry.value("name", std::string()),
+                                    entry.value("uri", std::string()),
+                                    entry.value("bufferView", -1)});
+    }
+    root->erase("buffers");
+    root->erase("images");
+}
+
+void CheckVersion(const json& root, const std::string& name) {
+    const json asset = root.value("asset", json::object());
+    const std::string version = asset.value("version", std::string());
+    if (version.substr(0, 2) != "2.") {
+        Fail(name, version.empty()
+                       ? "has no asset.version; choose a glTF 2.0 file"
+                       : fmt::format("glTF version {} is not known; export the scene as glTF "
+                                     "2.0",
+                                     version));
+    }
+}
+
+}  // namespace
+
+[[noreturn]] void Fail(const SourceLocation& place, const std::string& problem) {
+    ThrowInvalidArgument(fmt::format("{}: {}", place, problem));
+}
+
+void Notes::Add(const std::string& note) {
+    if (std::find(notes_.begin(), notes_.end(), note) == notes_.end()) {
+        notes_.push_back(note);
+    }
+}
+
+SourceLocation Document::Place(const char* kind, std::size_t index,
+                               const std::string& item_name) const {
+    return item_name.empty() ? fmt::format("{}: {} {}", name, kind, index)
+                             : fmt::format("{}: {} {} '{}'", name, kind, index, item_name);
+}
+
+Document ParseDocument(const FileSource& files, const std::string& name) {
+    Document document;
+    document.name = name;
+    const std::string bytes = files.Read(name);
+    json root =
+        ParseJson(bytes.substr(0, 4) == "glTF" ? SplitBinary(bytes, &document) : bytes, name);
+
+    // Both libraries throw what they please when a value is of the wrong type.
+    std::string problem, warning;
+    try {
+        CheckVersion(root, name);
+        TakeBuffersAndImages(&root, &document);
+        const std::string text = root.dump();
+        tinygltf::TinyGLTF parser;
+        if (!parser.LoadASCIIFromString(&document.model, &problem, &warning, text.c_str(),
+                                        static_cast<unsigned int>(text.size()), "")) {
+            Fail(name, fmt::format("malformed glTF: {}; export the scene again",
+                                   Readable(std::runtime_error(problem))));
+        }
+    } catch (const Error&) {
+        throw;
+    } catch (const std::exception& error) {
+        Fail(name, fmt::format("malformed glTF: {}; export the scene again", Readable(error)));
+    }
+    for (const std::string& extension : document.model.extensionsRequired) {
+        if (kKnownExtensions.count(extension) == 0) {
+            Fail(name,
+                 fmt::format(
+                     "needs the extension {}, which is not known; export the scene without it",
+                     extension));
+        }
+    }
+    return document;
+}
+
+}  // namespace relume::gltf

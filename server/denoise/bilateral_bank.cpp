@@ -1,0 +1,98 @@
+#include "server/denoise/bilateral_bank.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/denoise/bilateral_tiles.h"
+
+namespace relume::denoise {
+namespace {
+
+// Li, Wu, Chuang 2012, section 5: sigma of normal, albedo, depth; floor of a pair's variance
+// (methods 2.4).
+constexpr float kFeatureSigma[3] = {0.8f, 0.25f, 0.6f};
+constexpr float kVarianceFloor = 1e-2f;
+
+BankTables MakeTables() {
+    BankTables tables{};
+    for (int k = 0; k < kCandidates; ++k) {
+        const float sigma = CandidateSigma(k);
+        tables.radius[k] = std::min(kBankRadius, static_cast<int>(std::lround(2 * sigma)));
+        for (int y = 0; y <= kBankRadius; ++y) {
+            for (int x = 0; x <= kBankRadius; ++x) {
+                tables.spatial[k][y][x] =
+                    std::exp(-static_cast<float>(x * x + y * y) / (2 * sigma * sigma));
+            }
+        }
+    }
+    for (int g = 0; g < 3; ++g) {
+        tables.floor[g] = kVarianceFloor * 2 * kFeatureSigma[g] * kFeatureSigma[g];
+    }
+    return tables;
+}
+
+// From the sums of one tile to the filtered colours and SURE: weights depend on features alone, so
+// that the derivative of a pixel by its own noise is its weight, 1, over the sum of weights.
+void FinishTile(const Frame& frame, const TileArea& tile, const float* sums, CandidateBank* bank) {
+    for (int k = 0; k < kCandidates; ++k) {
+        const float* weight = sums + 4 * k * kTileArea;
+        for (int y = 0; y < tile.height; ++y) {
+            const std::size_t row = static_cast<std::size_t>(tile.y0 + y) * frame.width + tile.x0;
+            for (int x = 0; x < tile.width; ++x) {
+                const std::size_t i = row + static_cast<std::size_t>(x);
+                const int at = y * kTileWidth + x;
+                const float inverse = 1 / weight[at];
+                float error = 0;
+                for (int c = 0; c < 3; ++c) {
+                    const float filtered = weight[(1 + c) * kTileArea + at] * inverse;
+                    const float residual = filtered - frame.color[c][i];
+                    bank->filtered[k][c][i] = filtered;
+                    error += residual * residual + frame.variance[c][i] * (2 * inverse - 1);
+                }
+                bank->sure[k][i] = error * (1.0f / 3.0f);
+            }
+        }
+    }
+}
+
+}  // namespace
+
+float CandidateSigma(int k) { return std::exp2(0.5f * static_cast<float>(k)); }
+
+CandidateBank ComputeBank(const Frame& frame, const BilateralKernels& kernels,
+                          const CancelToken& cancel) {
+    Guides guides = MakeGuides(frame);
+    for (int g = 0; g < 3; ++g) {
+        for (float& value : guides.variance[g]) {
+            value *= 2 * kFeatureSigma[g] * kFeatureSigma[g];
+        }
+    }
+    CandidateBank bank;
+    bank.features = guides.names;
+    for (int k = 0; k < kCandidates; ++k) {
+        bank.sure[k].resize(frame.pixel_count());
+        for (Plane& plane : bank.filtered[k]) {
+            plane.resize(frame.pixel_count());
+        }
+    }
+    const BankTables tables = MakeTables();
+    ForEachTile(
+        frame, kBankPlanes, kBankRadius, cancel, [&](const TileArea& tile, TilePlanes& scratch) {
+            const auto load = [&](int index, const Plane& plane, float outside = 0) {
+                scratch.Load(index, plane, frame.width, frame.height, tile.x0, tile.y0, outside);
+            };
+            for (int c = 0; c < 3; ++c) {
+                load(kBankColor + c, frame.color[c]);
+                load(kBankSpread + c, guides.variance[c]);
+            }
+            for (int f = 0; f < 7; ++f) {
+                load(kBankNormal + f, guides.feature[f], f == 6 ? kOutside : 0);
+            }
+            std::vector<float> sums(static_cast<std::size_t>(4 * kCandidates * kTileArea));
+            kernels.bank(scratch.planes(), scratch.stride(), tables, tile.height, sums.data());
+            FinishTile(frame, tile, sums.data(), &bank);
+        });
+    return bank;
+}
+
+}  // namespace relume::denoise

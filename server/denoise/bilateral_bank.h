@@ -1,0 +1,24 @@
+#pragma once
+
+#include "core/base/cancel_token.h"
+#include "server/denoise/bilateral_kernels.h"
+#include "server/denoise/frame.h"
+
+namespace relume::denoise {
+
+// The seven cross-bilateral filters of the corrected mode side by side: features only, no range
+// term.
+struct CandidateBank {
+    Plane filtered[kCandidates][3];
+    Plane sure[kCandidates];  // unbiased estimate of the squared error a pixel, mean over RGB
+                              // (methods 1.5)
+    std::string features;     // that took part
+};
+
+// sigma_s of candidate k in pixels: 2^(k/2).
+float CandidateSigma(int k);
+
+CandidateBank ComputeBank(const Frame& frame, const BilateralKernels& kernels,
+                          const CancelToken& cancel);
+
+}  // namespace relume::denoise

@@ -1,0 +1,8 @@
+#define RELUME_LANES 4
+#include "server/denoise/bilateral_kernels_impl.h"
+
+namespace relume::denoise {
+
+const BilateralKernels kBaselineKernels = {"baseline", Bank, Printed};
+
+}  // namespace relume::denoise

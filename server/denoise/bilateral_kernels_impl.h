@@ -1,0 +1,240 @@
+// Body of the kernels, included by one source per instruction set with RELUME_LANES (floats a
+// vector) defined. It includes no library header and calls nothing: an inline function compiled
+// here for a newer processor could be what the linker keeps for the whole program.
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
+#include "server/denoise/bilateral_kernels.h"
+
+namespace relume::denoise {
+namespace {
+
+typedef float Floats __attribute__((vector_size(RELUME_LANES * 4)));
+typedef int Ints __attribute__((vector_size(RELUME_LANES * 4)));
+
+static_assert(kTileWidth % RELUME_LANES == 0 && kTileWidth % 16 == 0);
+
+inline Floats Load(const float* from) {
+    Floats v;
+    __builtin_memcpy(&v, from, sizeof v);
+    return v;
+}
+
+inline void Store(float* to, Floats v) { __builtin_memcpy(to, &v, sizeof v); }
+
+inline Floats Fill(float value) { return Floats{} + value; }
+
+inline Floats Max(Floats a, Floats b) { return a > b ? a : b; }
+
+inline Floats Sqrt(Floats x) {
+#if RELUME_LANES == 16
+    return _mm512_maskz_sqrt_ps(0xffff, x);  // not _mm512_sqrt_ps: GCC 12 warns of its own header
+#elif RELUME_LANES == 8
+    return _mm256_sqrt_ps(x);
+#elif defined(__SSE2__)
+    return _mm_sqrt_ps(x);
+#else
+    for (int i = 0; i < RELUME_LANES; ++i) {
+        x[i] = __builtin_sqrtf(x[i]);
+    }
+    return x;
+#endif
+}
+
+// exp(x) for -87 <= x <= 0, relative error below 4e-6; exactly 1 at 0. 2^n in the exponent's bits
+// times a polynomial for 2^f, |f| <= 1/2 (minimax fit with constant term 1). Elsewhere the result
+// is any bits.
+inline Floats Exp(Floats x) {
+    constexpr float kRound =
+        12582912.0f;  // 1.5 x 2^23: adding it leaves the nearest integer in the low bits
+    const Floats t = x * 1.44269504f;
+    const Floats rounded = t + kRound;
+    const Floats f = t - (rounded - kRound);
+    Floats p = f * 0.00132647271f + 0.00967151265f;
+    p = p * f + 0.0555073374f;
+    p = p * f + 0.240222421f;
+    p = p * f + 0.693146978f;
+    p = p * f + 1.0f;
+    return (Floats)((Ints)p + ((Ints)rounded << 23));
+}
+
+// Weights below exp(-cut) are 0: they are under the last bit of a sum that has the centre's 1 in
+// it, and products with them could become denormal numbers, which are slow.
+inline Floats ExpOfMinus(Floats e, float cut) { return e < cut ? Exp(-e) : Floats{}; }
+
+struct WeightedSum {
+    Floats weight{}, color[3]{};
+};
+
+// One pixel vector against its neighbours: equation (7) without spatial and range terms, D squared,
+// one distance a feature (8): e = sum over features of |df|^2 / max(spread_i + spread_j, floor).
+// The three quotients share one division.
+struct BankCenter {
+    Floats feature[7], spread[3];
+};
+
+inline void AddBankNeighbour(const float* const* planes, std::ptrdiff_t at,
+                             const BankCenter& center, const Floats (&floor)[3], WeightedSum* sum) {
+    Floats squared[7];
+    for (int f = 0; f < 7; ++f) {
+        const Floats d = Load(planes[kBankNormal + f] + at) - center.feature[f];
+        squared[f] = d * d;
+    }
+    const Floats normal = squared[0] + squared[1] + squared[2];
+    const Floats albedo = squared[3] + squared[4] + squared[5];
+    const Floats a = Max(center.spread[0] + Load(planes[kBankSpread] + at), floor[0]);
+    const Floats b = Max(center.spread[1] + Load(planes[kBankSpread + 1] + at), floor[1]);
+    const Floats c = Max(center.spread[2] + Load(planes[kBankSpread + 2] + at), floor[2]);
+    const Floats ab = a * b;
+    const Floats e = ((normal * b + albedo * a) * c + squared[6] * ab) / (ab * c);
+    const Floats w = ExpOfMinus(e, 40.0f);
+    sum->weight += w;
+    for (int i = 0; i < 3; ++i) {
+        sum->color[i] += w * Load(planes[kBankColor + i] + at);
+    }
+}
+
+void Bank(const float* const* planes, std::ptrdiff_t stride, const BankTables& tables, int height,
+          float* out) {
+    Floats floor[3];
+    for (int g = 0; g < 3; ++g) {
+        floor[g] = Fill(tables.floor[g]);
+    }
+    const int radius = tables.radius[kCandidates - 1];
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < kTileWidth; x += RELUME_LANES) {
+            const std::ptrdiff_t at = y * stride + x;
+            BankCenter center;
+            for (int f = 0; f < 7; ++f) {
+                center.feature[f] = Load(planes[kBankNormal + f] + at);
+            }
+            for (int g = 0; g < 3; ++g) {
+                center.spread[g] = Load(planes[kBankSpread + g] + at);
+            }
+            WeightedSum total[kCandidates];
+            for (auto& sum : total) {
+                sum.weight = Fill(1.0f);
+                for (int c = 0; c < 3; ++c) {
+                    sum.color[c] = Load(planes[kBankColor + c] + at);
+                }
+            }
+            // The up to four neighbours at (+-dx, +-dy) share their spatial weights: they are
+            // summed once, and that sum is given to each candidate whose window reaches so far.
+            for (int dy = 0; dy <= radius; ++dy) {
+                for (int dx = dy == 0 ? 1 : 0; dx <= radius; ++dx) {
+                    WeightedSum ring;
+                    const std::ptrdiff_t below = at + dy * stride, above = at - dy * stride;
+                    AddBankNeighbour(planes, below + dx, center, floor, &ring);
+                    if (dx != 0) {
+                        AddBankNeighbour(planes, below - dx, center, floor, &ring);
+                    }
+                    if (dy != 0) {
+                        AddBankNeighbour(planes, above + dx, center, floor, &ring);
+                        if (dx != 0) {
+                            AddBankNeighbour(planes, above - dx, center, floor, &ring);
+                        }
+                    }
+                    const int reach = dx > dy ? dx : dy;
+                    for (int k = kCandidates - 1; k >= 0 && tables.radius[k] >= reach; --k) {
+                        const float spatial = tables.spatial[k][dy][dx];
+                        total[k].weight += ring.weight * spatial;
+                        for (int c = 0; c < 3; ++c) {
+                            total[k].color[c] += ring.color[c] * spatial;
+                        }
+                    }
+                }
+            }
+            float* to = out + y * kTileWidth + x;
+            for (int k = 0; k < kCandidates; ++k) {
+                Store(to + (4 * k) * kTileArea, total[k].weight);
+                for (int c = 0; c < 3; ++c) {
+                    Store(to + (4 * k + 1 + c) * kTileArea, total[k].color[c]);
+                }
+            }
+        }
+    }
+}
+
+// Equation (14) by (15): exp(-(g_i^2 + g_j^2)/(2 sigma^2)) times the first terms of the series of
+// exp(lambda), lambda = g_i g_j / sigma^2. Beyond lambda = 80 the sum would overflow: directly
+// there.
+inline Floats GradientWeight(Floats gi, Floats gj, const PrintedTables& tables) {
+    const float scale = 1 / (tables.sigma_s * tables.sigma_s);
+    const Floats difference = gj - gi;
+    const Floats direct = ExpOfMinus(difference * difference * (0.5f * scale), 87.0f);
+    if (tables.taylor == 0) {
+        return direct;
+    }
+    const Floats lambda = gi * gj * scale;
+    Floats term = Fill(1.0f), series = term;
+    for (int n = 1; n <= tables.taylor; ++n) {
+        term *= lambda * (1.0f / static_cast<float>(n));
+        series += term;
+    }
+    const Floats front = ExpOfMinus((gi * gi + gj * gj) * (0.5f * scale), 87.0f);
+    return lambda > 80.0f ? direct : front * series;
+}
+
+void Printed(const float* const* planes, std::ptrdiff_t stride, const PrintedTables& tables,
+             int height, float* out) {
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < kTileWidth; x += RELUME_LANES) {
+            const std::ptrdiff_t at = y * stride + x;
+            Floats center[kPrintedPlanes];
+            for (int p = 0; p < kPrintedPlanes; ++p) {
+                center[p] = Load(planes[p] + at);
+            }
+            Floats neighbours{}, sum[9]{};
+            for (int dy = -kPrintedRadius; dy <= kPrintedRadius; ++dy) {
+                for (int dx = -kPrintedRadius; dx <= kPrintedRadius; ++dx) {
+                    if (dx == 0 && dy == 0) {
+                        continue;
+                    }
+                    const std::ptrdiff_t to = at + dy * stride + dx;
+                    const auto squares = [&](int first, int count) {
+                        Floats s{};
+                        for (int p = first; p < first + count; ++p) {
+                            const Floats d = Load(planes[p] + to) - center[p];
+                            s += d * d;
+                        }
+                        return s;
+                    };
+                    // Range and features, (7) and (8): D is a root, and is used without a square.
+                    Floats e = squares(kPrintedColor, 3) * tables.range_scale;
+                    const Floats distance[3] = {squares(kPrintedNormal, 3),
+                                                squares(kPrintedAlbedo, 3),
+                                                squares(kPrintedDepth, 1)};
+                    for (int g = 0; g < 3; ++g) {
+                        const Floats variance =
+                            center[kPrintedVariance + g] + Load(planes[kPrintedVariance + g] + to);
+                        e += Sqrt(distance[g] / Max(variance, Fill(1e-10f))) *
+                             tables.feature_scale[g];
+                    }
+                    // The gradient in place of the spatial kernel, (13).
+                    const Floats gj = Load(planes[kPrintedGradient] + to);
+                    const Floats step = gj - center[kPrintedGradient];
+                    const Floats size = Max(step, -step);
+                    const float inverse =
+                        tables.inverse_distance[dy < 0 ? -dy : dy][dx < 0 ? -dx : dx];
+                    const Floats slope = size < 1e-12f ? Floats{} : size * inverse;
+                    const Floats w = slope * GradientWeight(center[kPrintedGradient], gj, tables) *
+                                     ExpOfMinus(e, 80.0f);
+                    neighbours += w;
+                    for (int c = 0; c < 9; ++c) {
+                        sum[c] += w * Load(planes[kPrintedColor + c] + to);
+                    }
+                }
+            }
+            for (int c = 0; c < 9; ++c) {
+                const Floats own = center[kPrintedColor + c];
+                const Floats filtered = (own + sum[c]) / (neighbours + 1.0f);
+                Store(out + c * kTileArea + y * kTileWidth + x,
+                      neighbours < 1e-12f ? own : filtered);
+            }
+        }
+    }
+}
+
+}  // namespace
+}  // namespace relume::denoise

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/base/cancel_token.h"
+#include "server/denoise/bilateral_kernels.h"
+#include "server/denoise/frame.h"
+
+namespace relume::denoise {
+
+// What the bilateral filter compares pixels by. Every plane is filled; a feature that the frame
+// lacks is 0 everywhere and so has no say.
+struct Guides {
+    Plane feature[7];   // normal XYZ, albedo RGB, depth over the frame's largest
+    Plane variance[3];  // of one sample, summed over the group: normal, albedo, depth
+    std::string names;  // "normal, albedo, depth": those that the frame has
+};
+Guides MakeGuides(const Frame& frame);
+
+// One tile's scratch: `count` planes with a halo of `radius` pixels, for one thread.
+class TilePlanes {
+  public:
+    TilePlanes(int count, int radius);
+
+    // Copies the part of `plane` (width x height) around the tile at (x0, y0); `outside` where
+    // there is none.
+    void Load(int index, const Plane& plane, int width, int height, int x0, int y0, float outside);
+    // Each plane at the tile's first pixel.
+    const float* const* planes() const { return planes_.data(); }
+    std::ptrdiff_t stride() const { return stride_; }
+
+  private:
+    int radius_;
+    std::ptrdiff_t stride_;
+    std::vector<float> data_;
+    std::vector<const float*> planes_;
+};
+
+struct TileArea {
+    int x0, y0, width, height;  // pixels, at most kTileWidth x kTileHeight
+};
+
+// Calls body(tile, scratch) for every tile of the frame, on several threads, each with a scratch of
+// its own. Throws kCancelled soon after `cancel` is set.
+void ForEachTile(const Frame& frame, int planes, int radius, const CancelToken& cancel,
+                 const std::function<void(const TileArea&, TilePlanes&)>& body);
+
+}  // namespace relume::denoise

@@ -1,0 +1,97 @@
+#include "server/denoise/planes.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/parallel.h"
+
+namespace relume::denoise {
+namespace {
+
+constexpr std::size_t kRowGrain = 8;
+
+// out = sum over k in [-radius, radius] of taps[k + radius] x in, first along rows, then along
+// columns.
+Plane Convolve(const Plane& in, int width, int height, const std::vector<float>& taps) {
+    const int radius = static_cast<int>(taps.size()) / 2;
+    const auto w = static_cast<std::size_t>(width);
+    Plane rows(in.size()), out(in.size());
+    ParallelFor(0, static_cast<std::size_t>(height), kRowGrain,
+                [&](std::size_t y0, std::size_t y1) {
+                    std::vector<float> padded(w + taps.size() - 1, 0.0f);
+                    for (std::size_t y = y0; y < y1; ++y) {
+                        std::copy_n(in.begin() + static_cast<std::ptrdiff_t>(y * w), w,
+                                    padded.begin() + radius);
+                        float* to = rows.data() + y * w;
+                        for (std::size_t k = 0; k < taps.size(); ++k) {
+                            const float* from = padded.data() + k;
+                            const float tap = taps[k];
+                            for (std::size_t x = 0; x < w; ++x) {
+                                to[x] += tap * from[x];
+                            }
+                        }
+                    }
+                });
+    ParallelFor(0, static_cast<std::size_t>(height), kRowGrain,
+                [&](std::size_t y0, std::size_t y1) {
+                    for (std::size_t y = y0; y < y1; ++y) {
+                        float* to = out.data() + y * w;
+                        const int first = std::max(static_cast<int>(y) - radius, 0);
+                        const int last = std::min(static_cast<int>(y) + radius, height - 1);
+                        for (int j = first; j <= last; ++j) {
+                            const float* from = rows.data() + static_cast<std::size_t>(j) * w;
+                            const float tap =
+                                taps[static_cast<std::size_t>(j - static_cast<int>(y) + radius)];
+                            for (std::size_t x = 0; x < w; ++x) {
+                                to[x] += tap * from[x];
+                            }
+                        }
+                    }
+                });
+    return out;
+}
+
+// Sum of the taps that lie in [0, size) when the centre is at each place.
+std::vector<float> TapSums(int size, const std::vector<float>& taps) {
+    const int radius = static_cast<int>(taps.size()) / 2;
+    std::vector<float> sums(static_cast<std::size_t>(size), 0.0f);
+    for (int i = 0; i < size; ++i) {
+        for (int k = std::max(-radius, -i); k <= std::min(radius, size - 1 - i); ++k) {
+            sums[static_cast<std::size_t>(i)] += taps[static_cast<std::size_t>(k + radius)];
+        }
+    }
+    return sums;
+}
+
+}  // namespace
+
+Plane SumBox(const Plane& in, int width, int height, int radius) {
+    return Convolve(in, width, height,
+                    std::vector<float>(static_cast<std::size_t>(2 * radius + 1), 1.0f));
+}
+
+Plane BlurGaussian(const Plane& in, int width, int height, float sigma) {
+    const int radius = static_cast<int>(std::ceil(3 * sigma));
+    std::vector<float> taps;
+    for (int k = -radius; k <= radius; ++k) {
+        taps.push_back(std::exp(-0.5f * static_cast<float>(k * k) / (sigma * sigma)));
+    }
+    Plane out = Convolve(in, width, height, taps);
+    const std::vector<float> across = TapSums(width, taps), down = TapSums(height, taps);
+    for (std::size_t y = 0, i = 0; y < down.size(); ++y) {
+        for (std::size_t x = 0; x < across.size(); ++x, ++i) {
+            out[i] /= across[x] * down[y];
+        }
+    }
+    return out;
+}
+
+Plane AverageOfThree(const Plane (&planes)[3]) {
+    Plane out(planes[0].size());
+    for (std::size_t i = 0; i < out.size(); ++i) {
+        out[i] = (planes[0][i] + planes[1][i] + planes[2][i]) * (1.0f / 3.0f);
+    }
+    return out;
+}
+
+}  // namespace relume::denoise

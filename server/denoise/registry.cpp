@@ -1,0 +1,55 @@
+#include <fmt/format.h>
+
+#include "core/base/error.h"
+#include "core/base/param_set.h"
+#include "server/denoise/denoiser.h"
+
+namespace relume::denoise {
+
+std::unique_ptr<Denoiser> MakeNone(const ParamSet& params);
+std::unique_ptr<Denoiser> MakeBilateral(const ParamSet& params);
+
+namespace {
+
+// One entry a filter, and its prototype above; each is defined in the file of its name.
+constexpr struct {
+    const char* name;
+    std::unique_ptr<Denoiser> (*make)(const ParamSet& params);
+    const char* help;  // what it is, source; then a line a parameter: name=default, values, unit
+} kDenoisers[] = {
+    {"none", MakeNone, "the mean of the samples, unfiltered\n"},
+    {"bilateral", MakeBilateral,
+     "cross-bilateral filter on normal, albedo and depth; Xing, Chen, Li 2020\n"
+     "    mode=corrected   corrected: per pixel the best of seven windows (sigma 1 to 8 pixels) by "
+     "SURE,\n"
+     "                     constants of Li, Wu, Chuang 2012; printed: the paper's equations to the "
+     "letter\n"
+     "    taylor=8         printed only: terms of the gradient weight's series, 0 to 64; 0 = exp "
+     "itself\n"},
+};
+
+}  // namespace
+
+std::unique_ptr<Denoiser> MakeDenoiser(const std::string& text) {
+    const NamedParams named = ParseNamedParams(text);
+    std::string known;
+    for (const auto& entry : kDenoisers) {
+        if (named.name == entry.name) {
+            auto denoiser = entry.make(named.params);
+            named.params.RejectUnused("filter '" + named.name + "'");
+            return denoiser;
+        }
+        known += (known.empty() ? "" : ", ") + std::string(entry.name);
+    }
+    ThrowInvalidArgument(fmt::format("unknown filter '{}'; known: {}", named.name, known));
+}
+
+std::string DescribeDenoisers() {
+    std::string text;
+    for (const auto& entry : kDenoisers) {
+        text += fmt::format("{:<11} {}", entry.name, entry.help);
+    }
+    return text;
+}
+
+}  // namespace relume::denoise

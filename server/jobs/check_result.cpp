@@ -1,0 +1,66 @@
+#include "server/jobs/check_result.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "core/base/error.h"
+#include "core/film/aov.h"
+
+namespace relume::jobs {
+namespace {
+
+bool IsSquareSum(int channel) {
+    return (channel >= kM2A && channel < kM2B + 3) || channel >= kFeatureM2 ||
+           channel == kMaxLuminance;
+}
+
+}  // namespace
+
+void CheckResult(const TileTask& task, const TileResult& result) {
+    if (result.rect != task.rect || result.pixels.size() != task.ActivePixels() ||
+        result.planes.size() != result.pixels.size() * kFilmChannelCount) {
+        ThrowInvalidArgument(fmt::format(
+            "holds {} pixels and {} values, {} pixels of {} values are due", result.pixels.size(),
+            result.planes.size(), task.ActivePixels(), static_cast<int>(kFilmChannelCount)));
+    }
+    if (!std::isfinite(result.seconds) || result.seconds < 0) {
+        ThrowInvalidArgument("says that it took a time that is none");
+    }
+    const std::size_t n = result.pixels.size();
+    for (int channel = 0; channel < kFilmChannelCount; ++channel) {
+        const float* plane = result.planes.data() + static_cast<std::size_t>(channel) * n;
+        for (std::size_t k = 0; k < n; ++k) {
+            if (!std::isfinite(plane[k]) || (IsSquareSum(channel) && plane[k] < 0)) {
+                ThrowInvalidArgument(
+                    fmt::format("pixel {} has {} = {}", k,
+                                FilmChannelNames()[static_cast<std::size_t>(channel)], plane[k]));
+            }
+        }
+    }
+    std::size_t k = 0;
+    for (std::size_t i = 0; i < task.count.size(); ++i) {
+        if (task.count[i] == 0) {
+            continue;
+        }
+        if (result.pixels[k] != i) {
+            ThrowInvalidArgument(
+                fmt::format("holds pixel {} where {} is due", result.pixels[k], i));
+        }
+        const float a = result.planes[kCountA * n + k], b = result.planes[kCountB * n + k];
+        const float bad = result.planes[kBadCount * n + k];
+        // Even indices of [first, first + count) feed half a.
+        const std::uint32_t even = (task.count[i] + (task.first[i] % 2 == 0 ? 1 : 0)) / 2;
+        const std::uint32_t odd = task.count[i] - even;
+        if (a < 0 || b < 0 || bad < 0 || a != std::floor(a) || b != std::floor(b) ||
+            a > static_cast<float>(even) || b > static_cast<float>(odd) ||
+            a + b + bad != static_cast<float>(task.count[i])) {
+            ThrowInvalidArgument(
+                fmt::format("pixel {} counts {} + {} samples and {} bad ones, {} + {} are due", k,
+                            a, b, bad, even, odd));
+        }
+        ++k;
+    }
+}
+
+}  // namespace relume::jobs

@@ -1,0 +1,12 @@
+#pragma once
+
+#include "core/film/tile.h"
+
+namespace relume::jobs {
+
+// Throws kInvalidArgument, naming pixel and plane, unless `result` can be the answer to `task`: the
+// task's active pixels, kFilmChannelCount values each, all finite, the counts of the halves as the
+// sample indices have them, no negative sum of squares.
+void CheckResult(const TileTask& task, const TileResult& result);
+
+}  // namespace relume::jobs

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/base/clock.h"
+
+namespace relume::jobs {
+
+enum class JobState { kQueued, kRendering, kFiltering, kSucceeded, kFailed, kCancelled };
+
+inline bool IsOver(JobState state) {
+    return state == JobState::kSucceeded || state == JobState::kFailed ||
+           state == JobState::kCancelled;
+}
+
+struct PassSummary {
+    std::uint32_t index = 0;
+    std::uint64_t samples = 0;
+    std::uint64_t active_pixels = 0;
+    double relmse = 0;  // estimate for the unfiltered image after the pass
+    double seconds = 0;
+};
+
+struct WorkerShare {
+    std::uint64_t samples = 0;
+    std::uint64_t leases = 0;
+    double busy_seconds = 0;  // thread time
+};
+
+// What the filter stage made of the film.
+struct Outcome {
+    std::string filter;  // with all parameters
+    double seconds = 0;
+    std::optional<double> mse;  // estimated for the filtered image
+    std::map<std::string, std::string> notes;
+    std::string image_sha256;
+    std::uint64_t result_size = 0;  // bytes of the file
+};
+
+// What is known of a job at one moment.
+struct JobInfo {
+    std::string name;
+    std::uint64_t number = 0;  // rises with every job
+    JobState state = JobState::kQueued;
+    std::string message;  // why it failed, or why sampling stopped
+    std::uint64_t samples_done = 0, samples_budget = 0;
+    double relmse = 0;
+    std::uint64_t rays = 0, bad_samples = 0;
+    std::vector<PassSummary> passes;
+    std::optional<Outcome> outcome;              // once succeeded
+    std::map<std::string, WorkerShare> workers;  // by name
+    std::uint64_t leases_issued = 0, leases_reissued = 0, results_duplicate = 0;
+    TimePoint created;
+    std::optional<TimePoint> ended;
+    double render_seconds = 0;  // first lease to last result
+    std::vector<std::string> notes;
+    std::string numeric_class;  // of the workers that may work on it; "" = none has yet
+};
+
+struct JobEvent {
+    std::uint64_t number = 0;  // from 1, rising by one
+    std::shared_ptr<const JobInfo> job;
+};
+
+struct WorkerInfo {
+    std::string name;
+    std::string numeric_class;
+    int threads = 1;
+    std::size_t leases_held = 0;
+    std::uint64_t samples_done = 0;
+    double samples_per_second = 0;  // all threads; 0 = not measured yet
+    double seconds_since_report = 0;
+};
+
+}  // namespace relume::jobs

@@ -1,0 +1,233 @@
+#include "server/jobs/job_queue.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/log.h"
+
+// Jobs and workers. Leases: job_queue_leases.cpp.
+namespace relume::jobs {
+namespace {
+
+constexpr std::uint32_t kMaxCredits = 4096;
+constexpr std::size_t kMaxWorkerName = 128;
+
+// What may be shown in a terminal.
+std::string CleanName(const std::string& name) {
+    std::string clean;
+    for (const char c : name.substr(0, kMaxWorkerName)) {
+        clean += c > ' ' && c < 127 ? c : '_';
+    }
+    return clean.empty() ? "worker" : clean;
+}
+
+}  // namespace
+
+const Job& JobQueue::Find(const std::string& name) const {
+    const auto it = jobs_.find(name);
+    if (it == jobs_.end()) {
+        ThrowNotFound(fmt::format("no job '{}'; relume jobs lists those that are there", name));
+    }
+    return *it->second;
+}
+
+Job& JobQueue::Find(const std::string& name) {
+    return const_cast<Job&>(std::as_const(*this).Find(name));
+}
+
+void JobQueue::AddJob(const std::string& name, JobSetup setup, TimePoint now) {
+    const std::uint64_t number = ++last_number_;
+    auto job = std::make_unique<Job>(name, number, std::move(setup), now);
+    by_number_[number] = job.get();
+    active_[number] = job.get();
+    if (!jobs_.emplace(name, std::move(job)).second) {
+        by_number_.erase(number);
+        active_.erase(number);
+        throw Error(ErrorCode::kAlreadyExists, fmt::format("job '{}' is there already", name));
+    }
+    news_ = true;
+}
+
+std::vector<const JobInfo*> JobQueue::List(std::uint64_t before, std::size_t limit) const {
+    std::vector<const JobInfo*> list;
+    auto it = before == 0 ? by_number_.end() : by_number_.lower_bound(before);
+    while (it != by_number_.begin() && list.size() < limit) {
+        list.push_back(&(--it)->second->info());
+    }
+    return list;
+}
+
+void JobQueue::Cancel(const std::string& name, TimePoint now) {
+    Find(name).Cancel(now);
+    RevokeJob(name);
+}
+
+void JobQueue::Fail(const std::string& name, const std::string& message, TimePoint now) {
+    Find(name).Fail(message, now);
+    RevokeJob(name);
+}
+
+std::vector<std::string> JobQueue::ForgetOverJobs(std::size_t keep) {
+    std::size_t over = 0;
+    for (const auto& [number, job] : by_number_) {
+        over += IsOver(job->info().state) ? 1 : 0;
+    }
+    std::vector<std::string> forgotten;
+    for (auto it = by_number_.begin(); it != by_number_.end() && over > keep;) {
+        if (!IsOver(it->second->info().state)) {
+            ++it;
+            continue;
+        }
+        const std::string name = it->second->info().name;
+        active_.erase(it->first);
+        it = by_number_.erase(it);
+        for (auto& [id, worker] : workers_) {
+            worker.jobs.erase(name);
+        }
+        jobs_.erase(name);
+        forgotten.push_back(name);
+        --over;
+    }
+    return forgotten;
+}
+
+void JobQueue::NoteStateOf(Job* job) {
+    news_ = job->TakeNewWork() || news_;
+    if (job->info().state == JobState::kFiltering) {
+        to_filter_.push_back(job->info().name);
+    }
+}
+
+std::optional<JobQueue::FilterWork> JobQueue::TakeFilterWork() {
+    while (!to_filter_.empty()) {
+        const std::string name = std::move(to_filter_.front());
+        to_filter_.pop_front();
+        const auto it = jobs_.find(name);
+        if (it == jobs_.end()) {
+            continue;
+        }
+        if (auto film = it->second->TakeFilm()) {
+            return FilterWork{name, std::move(film)};
+        }
+    }
+    return std::nullopt;
+}
+
+void JobQueue::Succeed(const std::string& name, Outcome outcome, TimePoint now) {
+    Find(name).Succeed(std::move(outcome), now);
+}
+
+WorkerId JobQueue::AddWorker(const std::string& name, const std::string& numeric_class, int threads,
+                             TimePoint now) {
+    const std::string clean = CleanName(name);
+    std::string unique = clean;
+    const auto taken = [&] {
+        return std::any_of(workers_.begin(), workers_.end(),
+                           [&](const auto& entry) { return entry.second.info.name == unique; });
+    };
+    for (int n = 2; taken(); ++n) {
+        unique = fmt::format("{}#{}", clean, n);
+    }
+    Worker worker;
+    worker.info.name = unique;
+    worker.info.numeric_class = numeric_class;
+    worker.info.threads = std::clamp(threads, 1, 4096);
+    worker.last_heard = now;
+    workers_.emplace(++last_worker_, std::move(worker));
+    return last_worker_;
+}
+
+void JobQueue::RemoveWorker(WorkerId id) {
+    for (auto it = leases_.begin(); it != leases_.end();) {
+        const auto lease = it++;
+        if (lease->second.worker == id) {
+            GiveBack(lease);
+        }
+    }
+    workers_.erase(id);
+}
+
+void JobQueue::Heard(WorkerId id, TimePoint now) {
+    Worker& worker = workers_.at(id);
+    worker.last_heard = now;
+    worker.silent = false;
+}
+
+void JobQueue::SetCredits(WorkerId id, std::uint32_t credits) {
+    workers_.at(id).credits = std::min(credits, kMaxCredits);
+}
+
+void JobQueue::SceneReady(WorkerId id, const std::string& name,
+                          const std::vector<std::string>& notes, TimePoint now) {
+    const auto it = jobs_.find(name);
+    if (it == jobs_.end()) {
+        return;
+    }
+    for (const auto& note : notes) {
+        it->second->AddNote(note, now);
+    }
+    Worker& worker = workers_.at(id);
+    if (std::exchange(worker.jobs[name].scene_ready, true)) {
+        return;
+    }
+    // Only now do its leases begin to take time.
+    std::uint64_t before = 0;
+    for (const LeaseId lease_id : worker.leases) {
+        Lease& lease = leases_.at(lease_id);
+        if (lease.job == name && !lease.late) {
+            lease.issued = now;
+            SetDeadline(worker, true, before, &lease, now);
+        }
+        before += lease.samples;
+    }
+}
+
+void JobQueue::Problem(WorkerId id, const std::string& name, const std::string& message,
+                       bool transient, TimePoint now) {
+    const auto it = jobs_.find(name);
+    if (it == jobs_.end() || IsOver(it->second->info().state)) {
+        return;
+    }
+    if (!transient) {
+        Fail(name, message, now);
+        return;
+    }
+    Worker& worker = workers_.at(id);
+    const std::string said = fmt::format("worker {}: {}", worker.info.name, message);
+    spdlog::warn("{}: {}", name, said);
+    Involvement& involvement = worker.jobs[name];
+    const std::uint64_t done = it->second->info().samples_done;
+    if (involvement.problems == 0) {
+        involvement.samples_at_problem = done;
+    }
+    ++involvement.problems;
+    if (involvement.problems >= kMaxProblems && involvement.samples_at_problem == done) {
+        Fail(name, said, now);
+        return;
+    }
+    involvement.paused_until = now + FromSeconds(ProblemPauseSeconds(involvement.problems));
+    it->second->AddNote(said, now);
+}
+
+std::vector<WorkerInfo> JobQueue::Workers(TimePoint now) const {
+    std::vector<WorkerInfo> list;
+    for (const auto& [id, worker] : workers_) {
+        list.push_back(worker.info);
+        list.back().leases_held = worker.leases.size();
+        list.back().seconds_since_report = ToSeconds(now - worker.last_heard);
+    }
+    return list;
+}
+
+std::vector<WorkerId> JobQueue::WorkerIds() const {
+    std::vector<WorkerId> ids;
+    for (const auto& [id, worker] : workers_) {
+        ids.push_back(id);
+    }
+    return ids;
+}
+
+}  // namespace relume::jobs

@@ -1,0 +1,175 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/film/tile.h"
+#include "server/jobs/job.h"
+#include "server/jobs/lease_policy.h"
+
+namespace relume::jobs {
+
+// A lease as it goes out to a worker.
+struct LeaseGrant {
+    LeaseId id = 0;
+    std::string job;
+    TileTask task;
+    double deadline_seconds = 0;  // from now
+};
+
+enum class ResultVerdict {
+    kMerged,
+    kDuplicate,  // late, or for a job that is over: dropped
+    kWrong,      // failed its check; the worker does not get this unit again while there is another
+};
+
+// All jobs, workers and leases: who renders what next. Pure state: time comes in as an argument,
+// nothing waits and nothing is written. Not thread-safe: the coordinator calls it from its one
+// thread.
+//
+// Oldest job first; a worker that finds nothing there takes from the next. Workers of another
+// numeric class than a job's first one get none of its leases. The bits of a film do not depend on
+// any of this.
+class JobQueue {
+  public:
+    // --- Jobs. An unknown name throws kNotFound.
+    void AddJob(const std::string& name, JobSetup setup, TimePoint now);
+    const JobInfo& Get(const std::string& name) const { return Find(name).info(); }
+    // Newest first: those with a number below `before` (0: all), at most `limit`.
+    std::vector<const JobInfo*> List(std::uint64_t before, std::size_t limit) const;
+    void Cancel(const std::string& name, TimePoint now);
+    void Fail(const std::string& name, const std::string& message, TimePoint now);
+    std::optional<JobEvent> FindEvent(const std::string& name, std::uint64_t from) const {
+        return Find(name).events().Find(from);
+    }
+    std::uint64_t LastEvent(const std::string& name) const { return Find(name).events().last(); }
+    // Forgets the oldest jobs that are over until at most `keep` such are left; their names.
+    std::vector<std::string> ForgetOverJobs(std::size_t keep);
+
+    // A job whose samples are all in, for the filter: each is handed out once.
+    struct FilterWork {
+        std::string name;
+        std::shared_ptr<const Film> film;
+    };
+    std::optional<FilterWork> TakeFilterWork();
+    // Ignored if the job was cancelled in between.
+    void Succeed(const std::string& name, Outcome outcome, TimePoint now);
+
+    // --- Workers.
+    WorkerId AddWorker(const std::string& name, const std::string& numeric_class, int threads,
+                       TimePoint now);
+    // Made unique among those that are there.
+    const std::string& WorkerName(WorkerId worker) const { return workers_.at(worker).info.name; }
+    // Its leases go back.
+    void RemoveWorker(WorkerId worker);
+    // Any message of the worker shows that it is there.
+    void Heard(WorkerId worker, TimePoint now);
+    // How many leases it wants to hold at once.
+    void SetCredits(WorkerId worker, std::uint32_t credits);
+    void SceneReady(WorkerId worker, const std::string& job, const std::vector<std::string>& notes,
+                    TimePoint now);
+    // A problem that is the scene's ends the job. One of this worker's own (`transient`) pauses it
+    // for the job; it ends the job when it comes kMaxProblems times and nobody else makes progress.
+    void Problem(WorkerId worker, const std::string& job, const std::string& message,
+                 bool transient, TimePoint now);
+    std::vector<WorkerInfo> Workers(TimePoint now) const;
+    std::vector<WorkerId> WorkerIds() const;
+
+    // --- Leases.
+    // The next lease for a worker with credits to spare.
+    std::optional<LeaseGrant> NextLease(WorkerId worker, TimePoint now);
+    // The task of a lease that is out, else null. Valid until the next call of a method that is not
+    // const.
+    const TileTask* TaskOf(LeaseId lease) const;
+    ResultVerdict AddResult(WorkerId worker, LeaseId lease, const std::string& job,
+                            TileResult result, TimePoint now);
+    // The answer could not even be read.
+    ResultVerdict RejectResult(WorkerId worker, LeaseId lease, const std::string& reason,
+                               TimePoint now);
+    void ReturnLeases(WorkerId worker, const std::vector<LeaseId>& leases);
+    // Leases of the worker that are of no more use, since the last call.
+    std::vector<LeaseId> TakeRevoked(WorkerId worker);
+
+    // Late leases and silent workers. A few times a second.
+    void Tick(TimePoint now);
+    // True if since the last call units came to wait or leases were revoked: ask NextLease and
+    // TakeRevoked for every worker.
+    bool TakeNews() { return std::exchange(news_, false); }
+
+  private:
+    // What a worker has to do with one job.
+    struct Involvement {
+        bool scene_ready = false;
+        int problems = 0;                      // in a row
+        std::uint64_t samples_at_problem = 0;  // samples_done of the job at the first of them
+        TimePoint paused_until{};
+    };
+    struct Worker {
+        WorkerInfo info;
+        std::uint32_t credits = 0;
+        std::set<LeaseId> leases;       // held, as far as the server knows
+        std::uint64_t samples_out = 0;  // of those
+        TimePoint last_heard;
+        bool silent = false;
+        std::map<std::string, Involvement> jobs;
+        std::vector<LeaseId> revoked;
+    };
+    struct Lease {
+        std::string job;
+        WorkerId worker = 0;
+        std::size_t unit = 0;
+        TileTask task;
+        std::uint64_t samples = 0;
+        TimePoint issued, expected, deadline;
+        bool late = false;       // past its deadline: the unit may go to another worker as well
+        bool abandoned = false;  // as late again, or its worker is silent: it counts for nothing
+                                 // any more, but an answer is taken if the unit still needs one
+    };
+    using Leases = std::map<LeaseId, Lease>;
+
+    Job& Find(const std::string& name);
+    const Job& Find(const std::string& name) const;
+    static bool MayWorkOn(const Worker& worker, Job* job, TimePoint now);
+    // True if another worker than `worker` could do the job's leases.
+    bool HasOther(WorkerId worker, const Job& job) const;
+    std::optional<LeaseGrant> Lend(WorkerId worker, Job* job, TimePoint now);
+    std::optional<std::size_t> FindRace(WorkerId id, const Worker& worker, const Job& job,
+                                        TimePoint now) const;
+    LeaseGrant Issue(WorkerId worker, Job* job, std::size_t unit, TimePoint now);
+    static void SetDeadline(const Worker& worker, bool scene_ready, std::uint64_t samples_before,
+                            Lease* lease, TimePoint now);
+    // True if `worker` is at work on the unit.
+    bool Holds(WorkerId worker, const Job& job, std::size_t unit) const;
+    void RequeueIfLate(Job* job, std::size_t unit);
+    void Abandon(LeaseId id, Lease* lease);
+    // Takes the lease out of both tables; the job keeps the unit.
+    void Forget(Leases::iterator lease);
+    void GiveBack(Leases::iterator lease);
+    // All leases on the unit, or of the job, are of no more use.
+    void Revoke(const std::set<LeaseId>& leases);
+    void RevokeJob(const std::string& job);
+    bool HasLeases(const std::string& job) const;
+    ResultVerdict Wrong(Leases::iterator lease, const std::string& reason, TimePoint now);
+    void NoteStateOf(Job* job);
+
+    std::map<std::string, std::unique_ptr<Job>> jobs_;
+    std::map<std::uint64_t, Job*> by_number_;  // in order of creation
+    std::map<std::uint64_t, Job*>
+        active_;  // of those, all that may have work, and some that have not
+    std::deque<std::string> to_filter_;
+    std::map<WorkerId, Worker> workers_;
+    Leases leases_;
+    std::uint64_t last_number_ = 0;
+    WorkerId last_worker_ = 0;
+    LeaseId last_lease_ = 0;
+    bool news_ = false;
+};
+
+}  // namespace relume::jobs

@@ -1,0 +1,31 @@
+#include "server/jobs/lease_policy.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace relume::jobs {
+
+double PredictSeconds(const WorkerPace& pace, std::uint64_t samples) {
+    if (!pace.scene_ready || pace.samples_per_second <= 0) {
+        return 0;
+    }
+    return static_cast<double>(pace.samples_before + samples) / pace.samples_per_second;
+}
+
+double DeadlineSeconds(const WorkerPace& pace, std::uint64_t samples) {
+    if (!pace.scene_ready) {
+        return kSceneLoadSeconds;
+    }
+    if (pace.samples_per_second <= 0) {
+        return kUnknownSpeedSeconds;
+    }
+    return std::max(kMinDeadlineSeconds, kDeadlineFactor * PredictSeconds(pace, samples));
+}
+
+bool ShouldRace(double own_seconds, double remaining_seconds) {
+    return remaining_seconds <= 0 || (own_seconds > 0 && own_seconds < remaining_seconds);
+}
+
+double ProblemPauseSeconds(int n) { return std::min(60.0, std::pow(2.0, n - 1)); }
+
+}  // namespace relume::jobs

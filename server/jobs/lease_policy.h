@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+
+#include "core/base/clock.h"
+
+namespace relume::jobs {
+
+// When a lease counts as late and who may race for it: pure functions of numbers. A wrong guess
+// costs time, never an image.
+
+inline constexpr double kDeadlineFactor = 4;  // of the predicted time
+inline constexpr double kMinDeadlineSeconds = 2;
+inline constexpr double kUnknownSpeedSeconds =
+    30;                                           // deadline of a worker that has not been measured
+inline constexpr double kSceneLoadSeconds = 120;  // deadline before the worker has loaded the scene
+inline constexpr double kSilentSeconds = 10;      // without a report: the worker is taken for gone
+inline constexpr std::size_t kMaxHolders = 2;     // of one unit that is raced for
+inline constexpr int kMaxBadResults = 3;          // of one unit, then the job fails
+inline constexpr int kMaxProblems = 5;  // of one worker without any progress, then the job fails
+
+// What is known of the worker that gets a lease.
+struct WorkerPace {
+    double samples_per_second = 0;     // all threads; 0 = not measured
+    std::uint64_t samples_before = 0;  // of leases it has to finish first
+    bool scene_ready = false;
+};
+
+// Seconds until an answer is expected; 0 = no idea.
+double PredictSeconds(const WorkerPace& pace, std::uint64_t samples);
+
+// Seconds until the lease goes to another worker as well.
+double DeadlineSeconds(const WorkerPace& pace, std::uint64_t samples);
+
+// Whether an idle worker that needs `own_seconds` (0 = not known) should start on a lease that is
+// expected back in `remaining_seconds` (0 or less: overdue or not known).
+bool ShouldRace(double own_seconds, double remaining_seconds);
+
+// Pause of a worker after its n-th problem in a row with a job, n from 1.
+double ProblemPauseSeconds(int n);
+
+}  // namespace relume::jobs

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace relume::jobs {
+
+// Deals `samples` out to `pixels` as evenly as packs of `pack` samples allow (2 keeps the halves
+// equal). Which pixels get one pack more is fixed and scattered over the image. What does not fill
+// a pack is left.
+std::vector<std::uint32_t> SpreadEvenly(std::size_t pixels, std::uint64_t samples,
+                                        std::uint32_t pack);
+
+// A first pass of `spp` samples a pixel, or as many of them as the budget has. Packs of two, but
+// below two samples a pixel singles: no pixel is left out for another's pair.
+std::vector<std::uint32_t> SpreadPilot(std::size_t pixels, std::uint32_t spp, std::uint64_t budget);
+
+}  // namespace relume::jobs

@@ -1,0 +1,108 @@
+// relume-server: the coordinator as a service. Takes jobs, lends them to workers, filters and keeps
+// the images.
+#include <fmt/format.h>
+#include <grpc/support/log.h>
+#include <sys/prctl.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <future>
+#include <string>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/log.h"
+#include "core/base/parallel.h"
+#include "core/base/signals.h"
+#include "proto/codec/protocol.h"
+#include "server/rpc/server.h"
+
+namespace {
+
+// $XDG_STATE_HOME/relume/server, ~/.local/state/relume/server, or a folder of this user's in the
+// temporary one.
+std::filesystem::path DefaultData() {
+    if (const char* state = std::getenv("XDG_STATE_HOME"); state != nullptr && *state != '\0') {
+        return std::filesystem::path(state) / "relume" / "server";
+    }
+    if (const char* home = std::getenv("HOME"); home != nullptr && *home != '\0') {
+        return std::filesystem::path(home) / ".local" / "state" / "relume" / "server";
+    }
+    return std::filesystem::temp_directory_path() / fmt::format("relume-server-{}", getuid());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    relume::server::ServerOptions options;
+    std::string listen = "127.0.0.1:7878", data = DefaultData().string(), log_level = "info";
+    bool insecure = false, log_json = false, with_parent = false;
+    int threads = 0;
+
+    CLI::App app{
+        "Takes jobs, lends their pixels to relume-workers, and filters and keeps the images."};
+    app.set_version_flag("--version", relume::kBuild);
+    app.add_option("--listen", listen, "HOST:PORT; port 0 = any free one")->capture_default_str();
+    app.add_option("--data", data, "folder for scenes and results")->capture_default_str();
+    app.add_option("--blob-quota", options.coordinator.blob_quota,
+                   "largest size of all scene files, e.g. 64G")
+        ->transform(CLI::AsSizeValue(false))
+        ->default_str("64G");
+    app.add_flag("--insecure", insecure,
+                 "listen beyond this machine although nothing is encrypted");
+    app.add_option("--threads", threads, "threads for planning and filtering; 0 = one a core")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 1024));
+    app.add_option("--log-level", log_level, "trace, debug, info, warn, error or off")
+        ->capture_default_str();
+    app.add_flag("--log-json", log_json, "log lines as JSON objects");
+    app.add_flag("--with-parent", with_parent, "stop with the process that started this one");
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        return app.exit(error) == 0 ? 0 : 2;
+    }
+
+    if (with_parent) {
+        prctl(PR_SET_PDEATHSIG, SIGTERM);
+    }
+    std::signal(SIGPIPE, SIG_IGN);
+    try {
+        relume::InitLogging("relume-server", log_level, log_json);
+        // What gRPC has to say is for its developers; what goes wrong is said by us.
+        gpr_set_log_function(
+            [](gpr_log_func_args* args) { spdlog::debug("gRPC: {}", args->message); });
+        std::promise<int> stop;
+        bool stopped = false;
+        const relume::SignalWatcher signals([&](int signal) {
+            if (!std::exchange(stopped, true)) {
+                stop.set_value(signal);
+            }
+        });
+        relume::SetThreadCount(threads);
+
+        options.listen = relume::server::ParseListenAddress(listen);
+        if (!insecure && !relume::server::IsLoopback(options.listen)) {
+            relume::ThrowInvalidArgument(
+                fmt::format("--listen {}: others could reach it and nothing is encrypted; add "
+                            "--insecure if the "
+                            "network is trusted",
+                            listen));
+        }
+        options.coordinator.data = data;
+        const relume::server::Server server(options);
+        fmt::print("relume-server listening on {}\n", relume::server::ToString(server.address()));
+        std::fflush(stdout);
+
+        const int signal = stop.get_future().get();
+        spdlog::info("stops: signal {}", signal);
+    } catch (const std::exception& error) {
+        fmt::print(stderr, "relume-server: {}\n", error.what());
+        return 1;
+    }
+    return 0;
+}

@@ -1,0 +1,123 @@
+#include "server/rpc/blob_service.h"
+
+#include <fmt/format.h>
+
+#include <memory>
+#include <utility>
+
+#include "core/base/error.h"
+#include "proto/codec/codec.h"
+#include "server/rpc/deferred.h"
+
+namespace relume::server {
+namespace {
+
+constexpr std::size_t kPiece = codec::kMaxChunk / 2;  // leaves room for the message's other fields
+constexpr int kMaxAsked = 100'000;
+
+// One upload. A read and work on the io thread take turns, and each ends in the other or in Finish.
+class BlobWriter final : public grpc::ServerReadReactor<v1::WriteBlobRequest> {
+  public:
+    BlobWriter(Coordinator* coordinator, v1::WriteBlobResponse* response)
+        : coordinator_(coordinator), response_(response) {
+        StartRead(&request_);
+    }
+
+    void OnReadDone(bool ok) override {
+        coordinator_->io().Post([this, ok] {
+            bool done = false;
+            const grpc::Status status = Guard([&] { done = ok ? Take() : End(); });
+            if (!status.ok() || done) {
+                upload_.reset();  // before the client hears: it may come again at once
+                Finish(status);
+            } else {
+                StartRead(&request_);
+            }
+        });
+    }
+    void OnDone() override { delete this; }
+
+  private:
+    // True: the blob is complete.
+    bool Take() {
+        store::BlobStore& blobs = coordinator_->blobs();
+        if (!upload_) {
+            sha256_ = request_.sha256();
+            if (blobs.Has(sha256_)) {
+                response_->set_committed_size(blobs.SizeOf(sha256_));
+                return true;
+            }
+            upload_ = blobs.Begin(sha256_, request_.size(), request_.offset());
+        }
+        if (request_.offset() != upload_->offset() || request_.data().size() > codec::kMaxChunk) {
+            ThrowInvalidArgument(fmt::format(
+                "blob {}: {} bytes for offset {} came; at most {} for {} are due", sha256_,
+                request_.data().size(), request_.offset(), codec::kMaxChunk, upload_->offset()));
+        }
+        upload_->Append(request_.data());
+        if (!upload_->complete()) {
+            return false;
+        }
+        upload_->Commit();
+        response_->set_committed_size(upload_->offset());
+        return true;
+    }
+
+    bool End() {
+        ThrowInvalidArgument(fmt::format("the upload of blob {} ended at byte {}; go on there",
+                                         sha256_, upload_ ? upload_->offset() : 0));
+    }
+
+    Coordinator* coordinator_;
+    v1::WriteBlobResponse* response_;
+    v1::WriteBlobRequest request_;
+    std::string sha256_;
+    std::unique_ptr<store::BlobStore::Upload> upload_;
+};
+
+}  // namespace
+
+grpc::ServerUnaryReactor* BlobService::FindMissingBlobs(grpc::CallbackServerContext* context,
+                                                        const v1::FindMissingBlobsRequest* request,
+                                                        v1::FindMissingBlobsResponse* response) {
+    return Deferred(context, &coordinator_->io(), [this, request, response] {
+        if (request->sha256_size() > kMaxAsked) {
+            ThrowInvalidArgument(fmt::format("{} blobs in one question; ask for at most {}",
+                                             request->sha256_size(), kMaxAsked));
+        }
+        for (const auto& sha256 : request->sha256()) {
+            if (!coordinator_->blobs().Has(sha256)) {
+                v1::MissingBlob* missing = response->add_missing();
+                missing->set_sha256(sha256);
+                missing->set_offset(coordinator_->blobs().PartSize(sha256));
+            }
+        }
+    });
+}
+
+grpc::ServerReadReactor<v1::WriteBlobRequest>* BlobService::WriteBlob(
+    grpc::CallbackServerContext*, v1::WriteBlobResponse* response) {
+    return new BlobWriter(coordinator_, response);
+}
+
+grpc::ServerWriteReactor<v1::ReadBlobResponse>* BlobService::ReadBlob(
+    grpc::CallbackServerContext*, const v1::ReadBlobRequest* request) {
+    const auto fill = [this, sha256 = request->sha256(), offset = request->offset(),
+                       first = true](v1::ReadBlobResponse* response) mutable {
+        const store::BlobStore& blobs = coordinator_->blobs();
+        const std::uint64_t size = blobs.SizeOf(sha256);
+        if (offset > size) {
+            ThrowInvalidArgument(
+                fmt::format("blob {} has {} bytes, none at {}", sha256, size, offset));
+        }
+        response->set_offset(offset);
+        response->set_size(size);
+        response->set_data(blobs.Read(sha256, offset, kPiece));
+        offset += response->data().size();
+        // An empty end is sent only to say the size.
+        return std::exchange(first, false) || !response->data().empty();
+    };
+    return new PieceStream<v1::ReadBlobResponse>(&coordinator_->io(), fill);
+}
+
+}  // namespace relume::server

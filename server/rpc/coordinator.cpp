@@ -1,0 +1,214 @@
+#include "server/rpc/coordinator.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <future>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/base/log.h"
+#include "core/base/sha256.h"
+#include "server/rpc/finish_image.h"
+
+namespace relume::server {
+namespace {
+
+constexpr double kTickSeconds = 0.1;
+constexpr std::size_t kOverJobsKept = 1000;  // with their results
+constexpr const char* kJobPrefix = "jobs/";
+
+std::string RandomName() {
+    std::random_device random;
+    return fmt::format("{}{:08x}{:08x}", kJobPrefix, random(), random());
+}
+
+}  // namespace
+
+std::string JobId(const std::string& name) { return name.substr(std::string(kJobPrefix).size()); }
+
+Coordinator::Coordinator(const CoordinatorOptions& options)
+    : epoch_(static_cast<std::uint32_t>(std::chrono::duration_cast<std::chrono::seconds>(
+                                            std::chrono::system_clock::now().time_since_epoch())
+                                            .count())),
+      folder_(options.data),
+      blobs_(options.data / "blobs", options.blob_quota),
+      results_(options.data / "results") {
+    control_.Every(FromSeconds(kTickSeconds), [this] {
+        queue_.Tick(Now());
+        // Also those who have nothing to wait for: a lease may have become worth a race.
+        for (Listener* listener :
+             std::vector<Listener*>(worker_streams_.begin(), worker_streams_.end())) {
+            listener->Advance();
+        }
+        Changed();
+    });
+}
+
+Coordinator::~Coordinator() {
+    std::promise<void> done;
+    control_.Post([&] {
+        stopping_ = true;
+        for (const auto& [name, record] : records_) {
+            record.cancel->Cancel();
+        }
+        done.set_value();
+    });
+    done.get_future().wait();
+}
+
+std::string Coordinator::CreateJob(const std::string& request_id, CheckedSpec spec) {
+    if (const auto it = request_ids_.find(request_id); it != request_ids_.end()) {
+        return it->second;
+    }
+    for (const auto& forgotten : queue_.ForgetOverJobs(kOverJobsKept)) {
+        request_ids_.erase(records_.at(forgotten).request_id);
+        records_.erase(forgotten);
+        io_.Post([this, forgotten] { results_.Remove(JobId(forgotten)); });
+    }
+    std::string name = RandomName();
+    while (records_.count(name) != 0) {
+        name = RandomName();
+    }
+    queue_.AddJob(name, spec.Setup(), Now());
+    spdlog::info("{}: {} at {}x{}, {} spp, sampler {}, filter {}", name, spec.manifest.main,
+                 spec.settings.Window().width(), spec.settings.Window().height(),
+                 spec.message.spp(), spec.sampler, spec.filter);
+    Record& record = records_[name];
+    record.scene_sha256 = ManifestDigest(spec.manifest);
+    record.spec = std::move(spec);
+    if (!request_id.empty()) {
+        record.request_id = request_id;
+        request_ids_[request_id] = name;
+    }
+    return name;
+}
+
+void Coordinator::CancelJob(const std::string& name) {
+    queue_.Cancel(name, Now());
+    records_.at(name).cancel->Cancel();
+    spdlog::info("{}: cancelled", name);
+}
+
+void Coordinator::FillJob(const jobs::JobInfo& info, bool with_entries, v1::Job* job) const {
+    const Record& record = records_.at(info.name);
+    InfoToProto(info, wall_, job);
+    v1::JobSpec* spec = job->mutable_spec();
+    if (with_entries) {
+        *spec = record.spec.message;
+    } else {
+        // Copies all but the list, which may be long.
+        const v1::JobSpec& full = record.spec.message;
+        *spec->mutable_settings() = full.settings();
+        spec->mutable_scene()->set_main(full.scene().main());
+        spec->set_sampler(full.sampler());
+        spec->set_filter(full.filter());
+        spec->set_spp(full.spp());
+        spec->set_tile_size(full.tile_size());
+        spec->set_all_layers(full.all_layers());
+        spec->set_display_name(full.display_name());
+    }
+    job->set_scene_sha256(record.scene_sha256);
+}
+
+Coordinator::ResultFile Coordinator::ResultOf(const std::string& name) const {
+    const jobs::JobInfo& info = queue_.Get(name);
+    if (info.state != jobs::JobState::kSucceeded) {
+        const bool over = jobs::IsOver(info.state);
+        throw Error(ErrorCode::kFailedPrecondition,
+                    over ? fmt::format("{} has no result: {}", name, info.message)
+                         : fmt::format("{} is not ready yet; watch it and fetch it then", name));
+    }
+    return {JobId(name), info.outcome->result_size, records_.at(name).result_sha256};
+}
+
+void Coordinator::Remove(Listener* listener) {
+    worker_streams_.erase(listener);
+    watchers_.erase(listener);
+}
+
+void Coordinator::Changed() {
+    const auto advance = [](const std::set<Listener*>& listeners) {
+        for (Listener* listener : std::vector<Listener*>(listeners.begin(), listeners.end())) {
+            if (listeners.count(listener) != 0) {
+                listener->Advance();
+            }
+        }
+    };
+    StartFilters();
+    while (queue_.TakeNews()) {
+        advance(worker_streams_);
+        StartFilters();
+    }
+    advance(watchers_);
+}
+
+void Coordinator::StopStreams() {
+    stopping_ = true;
+    for (Listener* listener :
+         std::vector<Listener*>(worker_streams_.begin(), worker_streams_.end())) {
+        listener->Stop();
+    }
+    for (Listener* listener : std::vector<Listener*>(watchers_.begin(), watchers_.end())) {
+        listener->Stop();
+    }
+}
+
+void Coordinator::StartFilters() {
+    while (!stopping_) {
+        auto work = queue_.TakeFilterWork();
+        if (!work) {
+            return;
+        }
+        const Record& record = records_.at(work->name);
+        const auto& info = queue_.Get(work->name);
+        spdlog::info("{}: {} samples in {} passes after {:.2f} s ({})", work->name,
+                     info.samples_done, info.passes.size(), info.render_seconds, info.message);
+        filter_.Post([this, work = std::move(*work), spec = record.spec, cancel = record.cancel,
+                      numeric_class = info.numeric_class] {
+            Filter(work.name, *work.film, spec, numeric_class, *cancel);
+        });
+    }
+}
+
+void Coordinator::Filter(const std::string& name, const Film& film, const CheckedSpec& spec,
+                         const std::string& numeric_class, const CancelToken& cancel) {
+    std::string failure;
+    try {
+        FinishedImage finished = FinishImage(film, spec, numeric_class, cancel);
+        std::string sha256 = Sha256Hex(finished.exr);
+        if (!cancel.cancelled()) {
+            results_.Put(JobId(name), finished.exr);
+            control_.Post(
+                [this, name, outcome = std::move(finished.outcome), sha256 = std::move(sha256)] {
+                    if (const auto record = records_.find(name); record != records_.end()) {
+                        record->second.result_sha256 = sha256;
+                        spdlog::info("{}: filtered in {:.2f} s, image {}", name, outcome.seconds,
+                                     outcome.image_sha256);
+                        queue_.Succeed(name, outcome, Now());
+                        Changed();
+                    }
+                });
+        }
+        return;
+    } catch (const std::bad_alloc&) {
+        failure =
+            "the server ran out of memory while it filtered the image; choose a smaller --size";
+    } catch (const std::exception& error) {
+        failure = error.what();
+    }
+    if (cancel.cancelled()) {
+        return;
+    }
+    control_.Post([this, name, failure] {
+        if (records_.count(name) != 0) {
+            spdlog::error("{}: {}", name, failure);
+            queue_.Fail(name, failure, Now());
+            Changed();
+        }
+    });
+}
+
+}  // namespace relume::server

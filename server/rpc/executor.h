@@ -1,0 +1,42 @@
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "core/base/clock.h"
+
+namespace relume::server {
+
+// Runs tasks one after the other on a thread of its own, so that threads of gRPC never wait. A task
+// that throws is logged and forgotten.
+class SerialExecutor {
+  public:
+    explicit SerialExecutor(std::string name);
+    // Runs what was posted so far, also by those tasks, and ends.
+    ~SerialExecutor();
+    SerialExecutor(const SerialExecutor&) = delete;
+    SerialExecutor& operator=(const SerialExecutor&) = delete;
+
+    // Thread-safe.
+    void Post(std::function<void()> task);
+    // Calls `task` again and again between the others, about every `period`. Once, before any Post.
+    void Every(Duration period, std::function<void()> task);
+
+  private:
+    void Run();
+
+    std::string name_;
+    std::mutex mutex_;  // guards all below but the thread
+    std::condition_variable posted_;
+    std::deque<std::function<void()>> tasks_;
+    std::function<void()> periodic_;
+    Duration period_{};
+    bool ending_ = false;
+    std::thread thread_;
+};
+
+}  // namespace relume::server

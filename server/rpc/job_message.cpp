@@ -1,0 +1,99 @@
+#include "server/rpc/job_message.h"
+
+namespace relume::server {
+namespace {
+
+void SetTime(std::chrono::system_clock::time_point time, google::protobuf::Timestamp* message) {
+    const auto nanos =
+        std::chrono::duration_cast<std::chrono::nanoseconds>(time.time_since_epoch()).count();
+    message->set_seconds(nanos / 1'000'000'000);
+    message->set_nanos(static_cast<int>(nanos % 1'000'000'000));
+}
+
+v1::JobState StateToProto(jobs::JobState state) {
+    switch (state) {
+        case jobs::JobState::kQueued:
+            return v1::JOB_STATE_QUEUED;
+        case jobs::JobState::kRendering:
+            return v1::JOB_STATE_RENDERING;
+        case jobs::JobState::kFiltering:
+            return v1::JOB_STATE_FILTERING;
+        case jobs::JobState::kSucceeded:
+            return v1::JOB_STATE_SUCCEEDED;
+        case jobs::JobState::kFailed:
+            return v1::JOB_STATE_FAILED;
+        case jobs::JobState::kCancelled:
+            return v1::JOB_STATE_CANCELLED;
+    }
+    return v1::JOB_STATE_UNSPECIFIED;
+}
+
+void OutcomeToProto(const jobs::Outcome& outcome, v1::Job* job) {
+    v1::FilterSummary* filter = job->mutable_filter();
+    filter->set_filter(outcome.filter);
+    filter->set_seconds(outcome.seconds);
+    if (outcome.mse) {
+        filter->set_mse(*outcome.mse);
+    }
+    filter->mutable_notes()->insert(outcome.notes.begin(), outcome.notes.end());
+    job->set_image_sha256(outcome.image_sha256);
+    job->set_result_size(outcome.result_size);
+}
+
+}  // namespace
+
+void InfoToProto(const jobs::JobInfo& info, const WallClock& wall, v1::Job* job) {
+    job->set_name(info.name);
+    job->set_state(StateToProto(info.state));
+    job->set_message(info.message);
+    job->set_samples_done(info.samples_done);
+    job->set_samples_budget(info.samples_budget);
+    job->set_relmse(info.relmse);
+    job->set_rays(info.rays);
+    job->set_bad_samples(info.bad_samples);
+    for (const auto& pass : info.passes) {
+        v1::PassSummary* p = job->add_passes();
+        p->set_index(pass.index);
+        p->set_samples(pass.samples);
+        p->set_active_pixels(pass.active_pixels);
+        p->set_relmse(pass.relmse);
+        p->set_seconds(pass.seconds);
+    }
+    for (const auto& [name, share] : info.workers) {
+        v1::WorkerShare* w = job->add_workers();
+        w->set_worker(name);
+        w->set_samples(share.samples);
+        w->set_leases(share.leases);
+        w->set_busy_seconds(share.busy_seconds);
+    }
+    job->set_leases_issued(info.leases_issued);
+    job->set_leases_reissued(info.leases_reissued);
+    job->set_results_duplicate(info.results_duplicate);
+    SetTime(wall.At(info.created), job->mutable_create_time());
+    if (info.ended) {
+        SetTime(wall.At(*info.ended), job->mutable_end_time());
+    }
+    job->set_render_seconds(info.render_seconds);
+    job->mutable_notes()->Assign(info.notes.begin(), info.notes.end());
+    if (info.outcome) {
+        OutcomeToProto(*info.outcome, job);
+    }
+}
+
+std::string NumericClassText(const v1::NumericClass& numeric_class) {
+    return numeric_class.build() + "/" + numeric_class.isa();
+}
+
+void WorkerToProto(const jobs::WorkerInfo& info, v1::Worker* worker) {
+    worker->set_name(info.name);
+    const std::size_t slash = info.numeric_class.rfind('/');
+    worker->mutable_numeric_class()->set_build(info.numeric_class.substr(0, slash));
+    worker->mutable_numeric_class()->set_isa(info.numeric_class.substr(slash + 1));
+    worker->set_threads(info.threads);
+    worker->set_leases_held(static_cast<std::uint32_t>(info.leases_held));
+    worker->set_samples_done(info.samples_done);
+    worker->set_samples_per_second(info.samples_per_second);
+    worker->set_seconds_since_report(info.seconds_since_report);
+}
+
+}  // namespace relume::server

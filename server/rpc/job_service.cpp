@@ -1,0 +1,150 @@
+#include "server/rpc/job_service.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <memory>
+#include <utility>
+
+#include "core/base/error.h"
+#include "proto/codec/codec.h"
+#include "server/rpc/deferred.h"
+#include "server/rpc/job_watcher.h"
+
+namespace relume::server {
+namespace {
+
+constexpr std::size_t kPiece = codec::kMaxChunk / 2;  // leaves room for the message's other fields
+constexpr int kDefaultPage = 50, kMaxPage = 1000;
+constexpr std::size_t kMaxRequestId = 128;
+
+// Tokens are the number of the last job sent.
+std::uint64_t ParseToken(const std::string& token) {
+    std::uint64_t number = 0;
+    const auto [end, error] = std::from_chars(token.data(), token.data() + token.size(), number);
+    if (!token.empty() &&
+        (error != std::errc() || end != token.data() + token.size() || number == 0)) {
+        ThrowInvalidArgument(fmt::format("'{:.40}' is no page token of this server", token));
+    }
+    return number;
+}
+
+}  // namespace
+
+grpc::ServerUnaryReactor* JobService::CreateJob(grpc::CallbackServerContext* context,
+                                                const v1::CreateJobRequest* request,
+                                                v1::CreateJobResponse* response) {
+    grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
+    // Checked on the io thread, which looks for the blobs; made on the control thread.
+    coordinator_->io().Post([this, reactor, request, response] {
+        auto spec = std::make_shared<CheckedSpec>();
+        const grpc::Status status = Guard([&] {
+            if (request->request_id().size() > kMaxRequestId) {
+                ThrowInvalidArgument(
+                    fmt::format("request_id is longer than {} bytes; use a UUID", kMaxRequestId));
+            }
+            *spec = CheckSpec(request->spec(), coordinator_->blobs());
+        });
+        if (!status.ok() || request->validate_only()) {
+            if (status.ok()) {
+                *response->mutable_job()->mutable_spec() = request->spec();
+                response->mutable_job()->set_samples_budget(spec->budget);
+            }
+            reactor->Finish(status);
+            return;
+        }
+        coordinator_->control().Post([this, reactor, request, response, spec] {
+            reactor->Finish(Guard([&] {
+                const std::string name =
+                    coordinator_->CreateJob(request->request_id(), std::move(*spec));
+                coordinator_->FillJob(coordinator_->queue().Get(name), true,
+                                      response->mutable_job());
+            }));
+            coordinator_->Changed();
+        });
+    });
+    return reactor;
+}
+
+grpc::ServerUnaryReactor* JobService::GetJob(grpc::CallbackServerContext* context,
+                                             const v1::GetJobRequest* request,
+                                             v1::GetJobResponse* response) {
+    return Deferred(context, &coordinator_->control(), [this, request, response] {
+        coordinator_->FillJob(coordinator_->queue().Get(request->name()), true,
+                              response->mutable_job());
+    });
+}
+
+grpc::ServerUnaryReactor* JobService::ListJobs(grpc::CallbackServerContext* context,
+                                               const v1::ListJobsRequest* request,
+                                               v1::ListJobsResponse* response) {
+    return Deferred(context, &coordinator_->control(), [this, request, response] {
+        if (request->page_size() < 0) {
+            ThrowInvalidArgument(fmt::format("page size {} is negative", request->page_size()));
+        }
+        const int size =
+            request->page_size() == 0 ? kDefaultPage : std::min(request->page_size(), kMaxPage);
+        const auto limit = static_cast<std::size_t>(size);
+        // One more than is sent tells whether there is a next page.
+        const auto jobs = coordinator_->queue().List(ParseToken(request->page_token()), limit + 1);
+        for (std::size_t i = 0; i < std::min(limit, jobs.size()); ++i) {
+            coordinator_->FillJob(*jobs[i], false, response->add_jobs());
+        }
+        if (jobs.size() > limit) {
+            response->set_next_page_token(std::to_string(jobs[limit - 1]->number));
+        }
+    });
+}
+
+grpc::ServerUnaryReactor* JobService::CancelJob(grpc::CallbackServerContext* context,
+                                                const v1::CancelJobRequest* request,
+                                                v1::CancelJobResponse* response) {
+    return Deferred(context, &coordinator_->control(), [this, request, response] {
+        coordinator_->CancelJob(request->name());
+        coordinator_->FillJob(coordinator_->queue().Get(request->name()), true,
+                              response->mutable_job());
+        coordinator_->Changed();
+    });
+}
+
+grpc::ServerWriteReactor<v1::WatchJobResponse>* JobService::WatchJob(
+    grpc::CallbackServerContext*, const v1::WatchJobRequest* request) {
+    return JobWatcher::Start(coordinator_, request->name(), request->from_event());
+}
+
+grpc::ServerWriteReactor<v1::FetchResultResponse>* JobService::FetchResult(
+    grpc::CallbackServerContext*, const v1::FetchResultRequest* request) {
+    const auto file = std::make_shared<Coordinator::ResultFile>();
+    const auto prepare = [this, file, name = request->name(), offset = request->offset()] {
+        *file = coordinator_->ResultOf(name);
+        if (offset > file->size) {
+            ThrowInvalidArgument(
+                fmt::format("the result of {} has {} bytes, none at {}", name, file->size, offset));
+        }
+    };
+    const auto fill = [this, file, offset = request->offset(),
+                       first = true](v1::FetchResultResponse* response) mutable {
+        response->set_offset(offset);
+        response->set_size(file->size);
+        response->set_sha256(file->sha256);
+        response->set_data(coordinator_->results().Read(file->id, offset, kPiece));
+        offset += response->data().size();
+        // An empty end is sent only to say size and digest.
+        return std::exchange(first, false) || !response->data().empty();
+    };
+    return new PieceStream<v1::FetchResultResponse>(&coordinator_->control(), prepare,
+                                                    &coordinator_->io(), fill);
+}
+
+grpc::ServerUnaryReactor* JobService::ListWorkers(grpc::CallbackServerContext* context,
+                                                  const v1::ListWorkersRequest*,
+                                                  v1::ListWorkersResponse* response) {
+    return Deferred(context, &coordinator_->control(), [this, response] {
+        for (const auto& worker : coordinator_->queue().Workers(coordinator_->Now())) {
+            WorkerToProto(worker, response->add_workers());
+        }
+    });
+}
+
+}  // namespace relume::server

@@ -1,0 +1,37 @@
+#pragma once
+
+#include "relume/v1/jobs.grpc.pb.h"
+#include "server/rpc/coordinator.h"
+
+namespace relume::server {
+
+// Jobs for clients.
+class JobService final : public v1::JobService::CallbackService {
+  public:
+    explicit JobService(Coordinator* coordinator) : coordinator_(coordinator) {}
+
+    grpc::ServerUnaryReactor* CreateJob(grpc::CallbackServerContext* context,
+                                        const v1::CreateJobRequest* request,
+                                        v1::CreateJobResponse* response) override;
+    grpc::ServerUnaryReactor* GetJob(grpc::CallbackServerContext* context,
+                                     const v1::GetJobRequest* request,
+                                     v1::GetJobResponse* response) override;
+    grpc::ServerUnaryReactor* ListJobs(grpc::CallbackServerContext* context,
+                                       const v1::ListJobsRequest* request,
+                                       v1::ListJobsResponse* response) override;
+    grpc::ServerUnaryReactor* CancelJob(grpc::CallbackServerContext* context,
+                                        const v1::CancelJobRequest* request,
+                                        v1::CancelJobResponse* response) override;
+    grpc::ServerWriteReactor<v1::WatchJobResponse>* WatchJob(
+        grpc::CallbackServerContext* context, const v1::WatchJobRequest* request) override;
+    grpc::ServerWriteReactor<v1::FetchResultResponse>* FetchResult(
+        grpc::CallbackServerContext* context, const v1::FetchResultRequest* request) override;
+    grpc::ServerUnaryReactor* ListWorkers(grpc::CallbackServerContext* context,
+                                          const v1::ListWorkersRequest* request,
+                                          v1::ListWorkersResponse* response) override;
+
+  private:
+    Coordinator* coordinator_;
+};
+
+}  // namespace relume::server

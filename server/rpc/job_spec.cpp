@@ -1,0 +1,109 @@
+#include "server/rpc/job_spec.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/error.h"
+#include "proto/codec/codec.h"
+#include "server/denoise/denoiser.h"
+
+namespace relume::server {
+namespace {
+
+constexpr double kMaxSpp = 1 << 20;
+constexpr int kMinTileSize = 8, kDefaultTileSize = 32;
+constexpr std::size_t kMaxDisplayName = 200;
+// Film, planner, and the filter's frame and layers at the same time.
+constexpr std::uint64_t kBytesPerPixel = 600;
+
+void CheckMemory(const RenderSettings& settings) {
+    const std::uint64_t needed = settings.Window().area() * kBytesPerPixel;
+    const std::uint64_t memory = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) *
+                                 static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+    if (needed > memory) {
+        throw Error(
+            ErrorCode::kResourceExhausted,
+            fmt::format("{}x{} pixels need about {} GB, the server has {} GB; choose a smaller "
+                        "--size or --crop",
+                        settings.Window().width(), settings.Window().height(), needed >> 30,
+                        memory >> 30));
+    }
+}
+
+void CheckBlobs(const SceneManifest& manifest, const store::BlobStore& blobs) {
+    for (const auto& entry : manifest.entries) {
+        if (!blobs.Has(entry.sha256)) {
+            throw Error(ErrorCode::kFailedPrecondition,
+                        fmt::format("scene file '{}' ({}) is not on the server; upload it first",
+                                    entry.path, entry.sha256));
+        }
+        if (const std::uint64_t size = blobs.SizeOf(entry.sha256); size != entry.size) {
+            ThrowInvalidArgument(fmt::format("scene file '{}' is said to have {} bytes, it has {}",
+                                             entry.path, entry.size, size));
+        }
+    }
+}
+
+}  // namespace
+
+CheckedSpec CheckSpec(const v1::JobSpec& spec, const store::BlobStore& blobs) {
+    CheckedSpec checked;
+    checked.message = spec;
+    checked.settings = codec::FromProto(spec.settings());
+    checked.manifest = codec::FromProto(spec.scene());
+    const std::string& environment = checked.settings.environment;
+    if (!environment.empty() &&
+        std::none_of(checked.manifest.entries.begin(), checked.manifest.entries.end(),
+                     [&](const ManifestEntry& entry) { return entry.path == environment; })) {
+        ThrowInvalidArgument(
+            fmt::format("the environment '{}' is not among the scene's files", environment));
+    }
+
+    if (!(spec.spp() > 0) || spec.spp() > kMaxSpp) {
+        ThrowInvalidArgument(fmt::format("spp {}: must be above 0 and at most {}", spec.spp(),
+                                         static_cast<int>(kMaxSpp)));
+    }
+    checked.budget = static_cast<std::uint64_t>(
+        std::llround(spec.spp() * static_cast<double>(checked.settings.Window().area())));
+    if (checked.budget == 0) {
+        ThrowInvalidArgument(
+            fmt::format("spp {}: less than one sample in the whole image", spec.spp()));
+    }
+
+    checked.tile_size = spec.tile_size() == 0 ? kDefaultTileSize : spec.tile_size();
+    if (checked.tile_size < kMinTileSize || checked.tile_size > codec::kMaxTileSide) {
+        ThrowInvalidArgument(fmt::format("tile size {}: must be {} to {}", spec.tile_size(),
+                                         kMinTileSize, codec::kMaxTileSide));
+    }
+    if (spec.display_name().size() > kMaxDisplayName) {
+        ThrowInvalidArgument(
+            fmt::format("the job's display name is longer than {} bytes", kMaxDisplayName));
+    }
+
+    const auto planner =
+        jobs::MakePlanner(spec.sampler().empty() ? kDefaultSampler : spec.sampler());
+    checked.sampler = planner->Describe();
+    const auto denoiser =
+        denoise::MakeDenoiser(spec.filter().empty() ? kDefaultFilter : spec.filter());
+    checked.filter = denoiser->Describe();
+
+    CheckMemory(checked.settings);
+    CheckBlobs(checked.manifest, blobs);
+    return checked;
+}
+
+jobs::JobSetup CheckedSpec::Setup() const {
+    jobs::JobSetup setup;
+    setup.window = settings.Window();
+    setup.display_width = settings.width;
+    setup.display_height = settings.height;
+    setup.tile_size = tile_size;
+    setup.budget = budget;
+    setup.planner = jobs::MakePlanner(sampler);
+    return setup;
+}
+
+}  // namespace relume::server

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+
+namespace relume::server {
+
+// "HOST:PORT", "[::1]:7878". Throws kInvalidArgument for anything else.
+struct ListenAddress {
+    std::string host;  // without brackets
+    int port = 0;      // 0: any free one
+};
+ListenAddress ParseListenAddress(const std::string& text);
+
+// True if only this machine can reach it.
+bool IsLoopback(const ListenAddress& address);
+
+// "HOST:PORT", brackets added where needed.
+std::string ToString(const ListenAddress& address);
+
+}  // namespace relume::server

@@ -1,0 +1,78 @@
+#include "server/rpc/server.h"
+
+#include <fmt/format.h>
+#include <grpcpp/ext/proto_server_reflection_plugin.h>
+#include <grpcpp/health_check_service_interface.h>
+#include <grpcpp/security/server_credentials.h>
+#include <grpcpp/server_builder.h>
+
+#include <chrono>
+#include <future>
+#include <thread>
+
+#include "core/base/error.h"
+#include "core/base/log.h"
+
+namespace relume::server {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr int kMaxMessage = 4 << 20;
+constexpr milliseconds kDrainTime{1500};  // for workers to finish their leases
+constexpr milliseconds kDrainInterval{20};
+constexpr milliseconds kGoodbyeTime{500};  // then calls are cut off
+
+}  // namespace
+
+Server::Server(const ServerOptions& options)
+    : address_(options.listen), coordinator_(options.coordinator) {
+    grpc::EnableDefaultHealthCheckService(true);
+    grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+    grpc::ServerBuilder builder;
+    builder.SetMaxReceiveMessageSize(kMaxMessage);
+    builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+    builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 20'000);
+    builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
+    builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
+    builder.AddChannelArgument(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
+    builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 5'000);
+    builder.AddListeningPort(ToString(options.listen), grpc::InsecureServerCredentials(),
+                             &address_.port);
+    builder.RegisterService(&jobs_);
+    builder.RegisterService(&blobs_);
+    builder.RegisterService(&work_);
+    server_ = builder.BuildAndStart();
+    if (!server_ || address_.port == 0) {
+        throw Error(
+            ErrorCode::kUnavailable,
+            fmt::format("can't listen on {}: is the port taken, the host this machine's? Choose "
+                        "another --listen",
+                        ToString(options.listen)));
+    }
+    auto* health = server_->GetHealthCheckService();
+    for (const char* service : {"JobService", "BlobService", "WorkerService"}) {
+        health->SetServingStatus(std::string("relume.v1.") + service, true);
+    }
+}
+
+Server::~Server() {
+    if (!server_) {
+        return;
+    }
+    server_->GetHealthCheckService()->Shutdown();
+    coordinator_.control().Post([this] { coordinator_.StopStreams(); });
+    const auto give_up = std::chrono::steady_clock::now() + kDrainTime;
+    for (std::size_t workers = 1; workers > 0 && std::chrono::steady_clock::now() < give_up;) {
+        std::promise<std::size_t> count;
+        coordinator_.control().Post([&] { count.set_value(coordinator_.worker_stream_count()); });
+        workers = count.get_future().get();
+        if (workers > 0) {
+            std::this_thread::sleep_for(kDrainInterval);
+        }
+    }
+    server_->Shutdown(std::chrono::system_clock::now() + kGoodbyeTime);
+    server_->Wait();
+}
+
+}  // namespace relume::server

@@ -1,0 +1,12 @@
+#include "server/rpc/work_service.h"
+
+#include "server/rpc/work_session.h"
+
+namespace relume::server {
+
+grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>* WorkService::Work(
+    grpc::CallbackServerContext*) {
+    return WorkSession::Start(coordinator_);
+}
+
+}  // namespace relume::server

@@ -1,0 +1,255 @@
+#include "server/rpc/work_session.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/base/log.h"
+#include "core/film/aov.h"
+#include "proto/codec/codec.h"
+#include "proto/codec/protocol.h"
+#include "server/rpc/status.h"
+
+namespace relume::server {
+namespace {
+
+constexpr std::size_t kMaxText = 2000;
+constexpr int kMaxNotes = 100;
+
+// A worker's words in one line that can be shown in a terminal.
+std::string Clean(const std::string& text) {
+    std::string clean = text.substr(0, kMaxText);
+    std::replace_if(
+        clean.begin(), clean.end(),
+        [](char c) { return static_cast<unsigned char>(c) < ' ' || c == 127; }, ' ');
+    return clean;
+}
+
+}  // namespace
+
+WorkSession* WorkSession::Start(Coordinator* coordinator) {
+    const std::shared_ptr<WorkSession> session(new WorkSession(coordinator));
+    session->self_ = session;
+    coordinator->control().Post([session] {
+        session->coordinator_->AddWorkerStream(session.get());
+        session->StartRead(&session->request_);
+    });
+    return session.get();
+}
+
+void WorkSession::OnReadDone(bool ok) {
+    coordinator_->control().Post([self = self_, ok] {
+        if (self->leaving_) {
+            return;
+        }
+        if (!ok) {
+            self->Leave(grpc::Status::OK);
+            return;
+        }
+        const grpc::Status status = Guard([&] { self->Handle(self->request_); });
+        if (!status.ok()) {
+            self->Leave(status);
+            return;
+        }
+        self->StartRead(&self->request_);
+        self->Advance();
+        self->coordinator_->Changed();
+    });
+}
+
+void WorkSession::OnWriteDone(bool ok) {
+    coordinator_->control().Post([self = self_, ok] {
+        self->writing_ = false;
+        if (!ok) {
+            self->Leave({grpc::StatusCode::CANCELLED, "the worker went away"});
+        }
+        self->WriteNext();
+    });
+}
+
+void WorkSession::OnDone() { const auto self = std::move(self_); }
+
+void WorkSession::Handle(const v1::WorkRequest& message) {
+    if (message.has_hello()) {
+        HandleHello(message.hello());
+        return;
+    }
+    if (worker_ == 0) {
+        ThrowInvalidArgument("a worker's first message must be its Hello");
+    }
+    jobs::JobQueue& queue = coordinator_->queue();
+    const TimePoint now = coordinator_->Now();
+    queue.Heard(worker_, now);
+    switch (message.message_case()) {
+        case v1::WorkRequest::kReport:
+            queue.SetCredits(worker_, message.report().credits());
+            break;
+        case v1::WorkRequest::kResult:
+            HandleResult(message.result());
+            break;
+        case v1::WorkRequest::kLeaseReturn: {
+            const auto& ids = message.lease_return().lease_ids();
+            queue.ReturnLeases(worker_, {ids.begin(), ids.end()});
+            break;
+        }
+        case v1::WorkRequest::kProblem: {
+            const v1::JobProblem& problem = message.problem();
+            queue.Problem(worker_, problem.job(), Clean(problem.message()), problem.transient(),
+                          now);
+            break;
+        }
+        case v1::WorkRequest::kSceneReady: {
+            const v1::SceneReady& ready = message.scene_ready();
+            std::vector<std::string> notes;
+            for (int i = 0; i < std::min(ready.notes_size(), kMaxNotes); ++i) {
+                notes.push_back(Clean(ready.notes(i)));
+            }
+            queue.SceneReady(worker_, ready.job(), notes, now);
+            break;
+        }
+        default:
+            break;  // of a newer worker: nothing that we know
+    }
+}
+
+void WorkSession::HandleHello(const v1::Hello& hello) {
+    if (worker_ != 0) {
+        ThrowInvalidArgument("a worker says Hello once");
+    }
+    if (hello.protocol_version() != kProtocolVersion) {
+        throw Error(
+            ErrorCode::kFailedPrecondition,
+            fmt::format(
+                "the worker speaks protocol version {}, the server ({}) version {}; use workers "
+                "and server of one release",
+                hello.protocol_version(), kBuild, kProtocolVersion));
+    }
+    jobs::JobQueue& queue = coordinator_->queue();
+    const std::string numeric_class = Clean(NumericClassText(hello.numeric_class()));
+    worker_ = queue.AddWorker(hello.name(), numeric_class, hello.threads(), coordinator_->Now());
+    spdlog::info("worker {}: is here with {} threads ({})", queue.WorkerName(worker_),
+                 hello.threads(), numeric_class);
+    v1::WorkResponse response;
+    response.mutable_welcome()->set_name(queue.WorkerName(worker_));
+    response.mutable_welcome()->set_report_seconds(kReportSeconds);
+    Send(std::move(response));
+    if (coordinator_->stopping()) {
+        Stop();
+    }
+}
+
+void WorkSession::HandleResult(const v1::LeaseResult& result) {
+    jobs::JobQueue& queue = coordinator_->queue();
+    const TimePoint now = coordinator_->Now();
+    const jobs::LeaseId lease = result.lease_id();
+    const TileTask* task = result.epoch() == coordinator_->epoch() ? queue.TaskOf(lease) : nullptr;
+    if (task == nullptr) {
+        queue.AddResult(worker_, 0, result.job(), {}, now);  // counted as late
+        return;
+    }
+    TileResult tile;
+    try {
+        tile = codec::DecodePlanes(*task, result.planes());
+    } catch (const Error& error) {
+        queue.RejectResult(worker_, lease, error.what(), now);
+        return;
+    }
+    tile.rays = result.rays();
+    tile.seconds = result.seconds();
+    queue.AddResult(worker_, lease, result.job(), std::move(tile), now);
+}
+
+void WorkSession::Advance() {
+    if (worker_ == 0 || leaving_) {
+        return;
+    }
+    jobs::JobQueue& queue = coordinator_->queue();
+    if (const auto revoked = queue.TakeRevoked(worker_); !revoked.empty()) {
+        v1::WorkResponse response;
+        response.mutable_revoke()->mutable_lease_ids()->Add(revoked.begin(), revoked.end());
+        Send(std::move(response));
+    }
+    while (!stopping_) {
+        const auto grant = queue.NextLease(worker_, coordinator_->Now());
+        if (!grant) {
+            break;
+        }
+        SendLease(*grant);
+    }
+}
+
+void WorkSession::SendLease(const jobs::LeaseGrant& grant) {
+    if (jobs_sent_.insert(grant.job).second) {
+        const CheckedSpec& spec = coordinator_->SpecOf(grant.job);
+        v1::WorkResponse response;
+        v1::JobContext* context = response.mutable_job();
+        context->set_job(grant.job);
+        *context->mutable_scene() = codec::ToProto(spec.manifest);
+        *context->mutable_settings() = codec::ToProto(spec.settings);
+        context->mutable_channels()->Add(FilmChannelNames().begin(), FilmChannelNames().end());
+        Send(std::move(response));
+    }
+    v1::WorkResponse response;
+    v1::Lease* lease = response.mutable_lease();
+    lease->set_id(grant.id);
+    lease->set_job(grant.job);
+    codec::TaskToLease(grant.task, lease);
+    lease->set_deadline_seconds(grant.deadline_seconds);
+    lease->set_epoch(coordinator_->epoch());
+    Send(std::move(response));
+}
+
+void WorkSession::Stop() {
+    if (worker_ == 0) {
+        Leave({grpc::StatusCode::UNAVAILABLE, "the server stops"});
+    } else if (!std::exchange(stopping_, true)) {
+        v1::WorkResponse response;
+        response.mutable_drain();
+        Send(std::move(response));
+    }
+}
+
+void WorkSession::Send(v1::WorkResponse message) {
+    outbox_.push_back(std::move(message));
+    WriteNext();
+}
+
+void WorkSession::WriteNext() {
+    if (writing_ || finished_) {
+        return;
+    }
+    if (leaving_) {
+        finished_ = true;
+        Finish(status_);
+    } else if (!outbox_.empty()) {
+        outgoing_ = std::move(outbox_.front());
+        outbox_.pop_front();
+        writing_ = true;
+        StartWrite(&outgoing_);
+    }
+}
+
+void WorkSession::Leave(const grpc::Status& status) {
+    if (leaving_) {
+        return;
+    }
+    const auto keep = self_;  // Finish may lead to OnDone at any moment
+    leaving_ = true;
+    status_ = status;
+    outbox_.clear();
+    coordinator_->Remove(this);
+    if (worker_ != 0) {
+        jobs::JobQueue& queue = coordinator_->queue();
+        spdlog::info("worker {}: has left{}", queue.WorkerName(worker_),
+                     status.ok() ? "" : fmt::format(" ({})", status.error_message()));
+        queue.RemoveWorker(worker_);
+        worker_ = 0;
+    }
+    WriteNext();
+    coordinator_->Changed();
+}
+
+}  // namespace relume::server

@@ -1,0 +1,125 @@
+#pragma once
+
+#include <grpcpp/channel.h>
+#include <grpcpp/client_context.h>
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "proto/codec/codec.h"
+#include "proto/codec/protocol.h"
+#include "relume/v1/work.grpc.pb.h"
+#include "tests/unit/jobs/pseudo_renderer.h"
+
+namespace relume::server {
+
+struct FakeWorkerOptions {
+    std::string name = "fake";
+    std::string isa = "avx2";
+    std::uint32_t version = kProtocolVersion;
+    std::uint32_t credits = 3;
+    int die_after = -1;   // results; then the connection breaks with leases in hand
+    int wrong_until = 0;  // so many results are wrong
+    std::string problem;  // says this of every job instead of rendering
+    bool hold = false;    // takes leases and never answers
+};
+
+// A worker that renders pseudo samples, one lease at a time, on a thread of its own.
+class FakeWorker {
+  public:
+    FakeWorker(const std::shared_ptr<grpc::Channel>& channel, FakeWorkerOptions options)
+        : options_(std::move(options)), stub_(v1::WorkerService::NewStub(channel)) {
+        thread_ = std::thread([this] { Run(); });
+    }
+    ~FakeWorker() {
+        context_.TryCancel();
+        thread_.join();
+    }
+
+    // Waits until the stream has ended.
+    grpc::Status Join() {
+        ended_.wait(false);
+        return status_;
+    }
+    int leases() const { return leases_; }
+    int revoked() const { return revoked_; }
+    bool drained() const { return drained_; }
+
+  private:
+    void Run() {
+        const auto stream = stub_->Work(&context_);
+        v1::WorkRequest hello;
+        hello.mutable_hello()->set_name(options_.name);
+        hello.mutable_hello()->set_protocol_version(options_.version);
+        hello.mutable_hello()->mutable_numeric_class()->set_build(kBuild);
+        hello.mutable_hello()->mutable_numeric_class()->set_isa(options_.isa);
+        hello.mutable_hello()->set_threads(1);
+        stream->Write(hello);
+        v1::WorkRequest report;
+        report.mutable_report()->set_credits(options_.credits);
+        stream->Write(report);
+        v1::WorkResponse message;
+        int results = 0;
+        while (stream->Read(&message)) {
+            if (message.has_job() && !options_.problem.empty()) {
+                v1::WorkRequest answer;
+                answer.mutable_problem()->set_job(message.job().job());
+                answer.mutable_problem()->set_message(options_.problem);
+                stream->Write(answer);
+            } else if (message.has_job()) {
+                v1::WorkRequest answer;
+                answer.mutable_scene_ready()->set_job(message.job().job());
+                answer.mutable_scene_ready()->add_notes("pretended");
+                stream->Write(answer);
+            } else if (message.has_lease()) {
+                ++leases_;
+                if (options_.hold || !options_.problem.empty()) {
+                    continue;
+                }
+                if (results == options_.die_after) {
+                    context_.TryCancel();
+                    break;
+                }
+                stream->Write(Render(message.lease(), results < options_.wrong_until));
+                ++results;
+            } else if (message.has_revoke()) {
+                revoked_ += message.revoke().lease_ids_size();
+            } else if (message.has_drain()) {
+                drained_ = true;
+                stream->WritesDone();
+            }
+        }
+        status_ = stream->Finish();
+        ended_ = true;
+        ended_.notify_all();
+    }
+
+    static v1::WorkRequest Render(const v1::Lease& lease, bool wrong) {
+        TileResult tile = PseudoRender(codec::TaskFromLease(lease));
+        if (wrong) {
+            tile.planes[0] += 1;
+        }
+        v1::WorkRequest message;
+        v1::LeaseResult* result = message.mutable_result();
+        result->set_lease_id(lease.id());
+        result->set_job(lease.job());
+        result->set_planes(codec::EncodePlanes(tile));
+        result->set_rays(tile.rays);
+        result->set_seconds(tile.seconds);
+        result->set_epoch(lease.epoch());
+        return message;
+    }
+
+    FakeWorkerOptions options_;
+    std::unique_ptr<v1::WorkerService::Stub> stub_;
+    grpc::ClientContext context_;
+    std::atomic<int> leases_{0}, revoked_{0};
+    std::atomic<bool> drained_{false}, ended_{false};
+    grpc::Status status_;
+    std::thread thread_;
+};
+
+}  // namespace relume::server

@@ -1,0 +1,147 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/support/scenes.h"
+
+namespace relume::test {
+namespace {
+
+// A diffuse floor of albedo rho, seen straight from above through a narrow camera at the origin's
+// spot.
+std::shared_ptr<Scene> Floor(float rho) {
+    auto scene = std::make_shared<Scene>();
+    scene->materials = {Diffuse({rho, rho, rho})};
+    AddMesh(scene.get(), Quad({-5, 0, 5}, {5, 0, 5}, {5, 0, -5}, {-5, 0, -5}, 0));
+    scene->cameras.push_back(PerspectiveCamera({0, 10, 0}, {0, 0, 0}, 1e-3f, {0, 0, -1}));
+    return scene;
+}
+
+void ExpectRadiance(const std::shared_ptr<Scene>& scene, std::uint32_t spp, Rgb expected,
+                    double relative = 1e-4) {
+    const Film film = RenderAll(scene, Settings(16, 16, 2), spp);
+    for (int c = 0; c < 3; ++c) {
+        const Estimate e = EstimateMean(film, c);
+        EXPECT_NEAR(e.mean, expected[c], 3 * e.standard_error + relative * expected[c]);
+        EXPECT_LT(e.standard_error, 0.01 * expected[c]);
+    }
+}
+
+TEST(DirectLight, PointLightOverFloor) {
+    // rho / pi * I cos / d^2 at distance (1, 2, 0): cos = 2 / sqrt 5.
+    auto scene = Floor(0.6f);
+    scene->lights.push_back(PointLight({1, 2, 0}, {3, 6, 9}));
+    const float e = 0.6f / kPi * (2 / std::sqrt(5.0f)) / 5;
+    ExpectRadiance(scene, 4, {3 * e, 6 * e, 9 * e});
+}
+
+TEST(DirectLight, DirectionalAndSpotLights) {
+    auto scene = Floor(0.5f);
+    Light sun;
+    sun.type = "directional";
+    sun.params.Set("irradiance", std::vector<float>{2, 2, 2});
+    // Shines along -z of its node: down, slanted by 60 degrees from the vertical.
+    sun.to_world = Transform::LookAt({std::sqrt(3.0f), 1, 0}, {0, 0, 0}, {0, 1, 0});
+    scene->lights.push_back(sun);
+    ExpectRadiance(scene, 4, Rgb{1, 1, 1} * (0.5f / kPi * 2 * 0.5f));
+
+    scene->lights.clear();
+    Light spot;
+    spot.type = "spot";
+    spot.params.Set("intensity", std::vector<float>{8, 8, 8});
+    spot.params.Set("inner_angle", 0.2f);
+    spot.params.Set("outer_angle", 0.4f);
+    spot.to_world = Transform::LookAt({0, 2, 0}, {0, 0, 0}, {1, 0, 0});
+    scene->lights.push_back(spot);
+    ExpectRadiance(scene, 4, Rgb{1, 1, 1} * (0.5f / kPi * 8 / 4));
+
+    // Seen at 0.3 radians from the axis: between the cones, the square of the linear ramp of the
+    // cosine.
+    scene->lights[0].to_world = Transform::LookAt({0, 2, 0}, {2 * std::tan(0.3f), 0, 0}, {1, 0, 0});
+    const float ramp = (std::cos(0.3f) - std::cos(0.4f)) / (std::cos(0.2f) - std::cos(0.4f));
+    ExpectRadiance(scene, 4, Rgb{1, 1, 1} * (0.5f / kPi * 8 / 4 * ramp * ramp));
+}
+
+// Form factor from a horizontal patch to a parallel rectangle a x b at height h with a corner above
+// the patch.
+double CornerFormFactor(double a, double b, double h) {
+    const double x = a / h, y = b / h;
+    const double rx = std::sqrt(1 + x * x), ry = std::sqrt(1 + y * y);
+    return (x / rx * std::atan(y / rx) + y / ry * std::atan(x / ry)) / (2 * M_PI);
+}
+
+std::shared_ptr<Scene> UnderRectangle(bool double_sided, bool face_up) {
+    auto scene = Floor(0.8f);
+    Material light = Diffuse({0, 0, 0}, {5, 5, 5});
+    light.params.Set("double_sided", double_sided);
+    scene->materials.push_back(light);
+    // Off the camera's way: the patch lies below one corner, a hair beside it.
+    if (face_up) {
+        AddMesh(scene.get(), Quad({0.02f, 1, 3}, {2, 1, 3}, {2, 1, 0}, {0.02f, 1, 0}, 1));
+    } else {
+        AddMesh(scene.get(), Quad({0.02f, 1, 0}, {2, 1, 0}, {2, 1, 3}, {0.02f, 1, 3}, 1));
+    }
+    return scene;
+}
+
+TEST(DirectLight, RectangleByFormFactor) {
+    // A rectangle from x 0.02 to 2: the difference of two with corners above the patch.
+    const double factor = CornerFormFactor(2, 3, 1) - CornerFormFactor(0.02, 3, 1);
+    const float expected = static_cast<float>(0.8 * 5 * factor);
+    ExpectRadiance(UnderRectangle(false, false), 512, {expected, expected, expected}, 1e-3);
+    ExpectRadiance(UnderRectangle(true, true), 512, {expected, expected, expected}, 1e-3);
+}
+
+TEST(DirectLight, BackOfOneSidedLightIsDark) {
+    auto scene = UnderRectangle(false, true);
+    RenderSettings settings = Settings(8, 8, 2);
+    const Film film = RenderAll(scene, settings, 16);
+    EXPECT_EQ(EstimateMean(film, 0).mean, 0);
+}
+
+TEST(DirectLight, UniformEnvironmentOverFloor) {
+    auto scene = Floor(0.8f);
+    SetEnvironment(scene.get(), {1, 2, 3});
+    ExpectRadiance(scene, 64, {0.8f, 1.6f, 2.4f}, 1e-3);
+}
+
+TEST(DirectLight, TexturedEmissionHasItsMean) {
+    auto scene = UnderRectangle(false, false);
+    // Left half black, right half white: of the whole, minus the left half.
+    scene->materials[1].params.Set(
+        "emissive_texture",
+        static_cast<float>(AddTexture(scene.get(), 2, 1, 3,
+                                      std::vector<std::uint8_t>{0, 0, 0, 255, 255, 255}, false)));
+    scene->textures[0].nearest = true;
+    const double factor = CornerFormFactor(2, 3, 1) - CornerFormFactor(1.01, 3, 1);
+    const float expected = static_cast<float>(0.8 * 5 * factor);
+    ExpectRadiance(scene, 1024, {expected, expected, expected}, 2e-3);
+}
+
+TEST(DirectLight, LightSeenThroughSlabOfGlassKeepsItsRadiance) {
+    // Straight through a slab: two crossings at normal incidence, with reflections back and forth
+    // inside: T = (1 - R) / (1 + R), R = 0.04. Scaling by eta^2 cancels.
+    auto scene = std::make_shared<Scene>();
+    scene->materials = {Diffuse({0, 0, 0}, {2, 2, 2}), Dielectric(1.5f, 0)};
+    AddMesh(scene.get(), Quad({-5, 0, 5}, {5, 0, 5}, {5, 0, -5}, {-5, 0, -5}, 0));
+    AddMesh(scene.get(), Cube(1), Transform::Translate({0, 5, 0}) * Transform::Scale({2, 1, 2}));
+    scene->cameras.push_back(PerspectiveCamera({0, 10, 0}, {0, 0, 0}, 1e-3f, {0, 0, -1}));
+    const Film film = RenderAll(scene, Settings(16, 16, 32), 64);
+    const Estimate e = EstimateMean(film, 1);
+    EXPECT_NEAR(e.mean, 2 * 0.96 / 1.04, 3 * e.standard_error + 1e-4);
+}
+
+TEST(DirectLight, InsideGlassRadianceIsScaledByIndexSquared) {
+    // A camera inside glass sees the light outside brighter by the index squared (Veach 1997, 5.2).
+    auto scene = std::make_shared<Scene>();
+    scene->materials = {Diffuse({0, 0, 0}, {2, 2, 2}), Dielectric(1.5f, 0)};
+    AddMesh(scene.get(), Quad({-5, 0, 5}, {5, 0, 5}, {5, 0, -5}, {-5, 0, -5}, 0));
+    AddMesh(scene.get(), Cube(1), Transform::Translate({0, 5, 0}) * Transform::Scale({2, 1, 2}));
+    scene->cameras.push_back(PerspectiveCamera({0, 5, 0}, {0, 0, 0}, 1e-3f, {0, 0, -1}));
+    const Film film = RenderAll(scene, Settings(16, 16, 2), 256);
+    const Estimate e = EstimateMean(film, 1);
+    EXPECT_NEAR(e.mean, 2 * 0.96 * 1.5 * 1.5, 3 * e.standard_error + 1e-4);
+}
+
+}  // namespace
+}  // namespace relume::test

@@ -1,0 +1,162 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "core/film/moments.h"
+#include "tests/support/chi2.h"
+#include "tests/support/scenes.h"
+#include "worker/render/bsdf/registry.h"
+#include "worker/render/light/light_set.h"
+#include "worker/render/sampler/warp.h"
+
+namespace relume::render {
+namespace {
+
+constexpr int kTests = 3;
+
+// A scene made ready as far as lights need it.
+struct Lit {
+    std::vector<CompiledMaterial> materials;
+    TextureSet textures;
+    Accel accel;
+    LightSet lights;
+
+    explicit Lit(const Scene& scene)
+        : materials(Compile(scene)),
+          textures(scene, std::vector<bool>(scene.textures.size(), true)),
+          accel(scene, materials, textures),
+          lights(scene, materials, textures, &accel) {}
+
+    static std::vector<CompiledMaterial> Compile(const Scene& scene) {
+        std::vector<CompiledMaterial> materials;
+        for (const Material& m : scene.materials) {
+            materials.push_back(CompileMaterial(m, scene));
+        }
+        return materials;
+    }
+
+    // Samples and density as the integrator uses them: Sample here, and the density of what a ray
+    // hits there.
+    double ChiSquare(Vec3f p, int samples) const {
+        return test::TestSphereSampler({[&](Vec2f u, float choice, Vec3f* d) {
+                                            const auto s = lights.Sample(p, choice, u);
+                                            if (s) {
+                                                *d = s->wi;
+                                            }
+                                            return s.has_value();
+                                        },
+                                        [&](Vec3f d) { return Density(p, d); }},
+                                       samples);
+    }
+
+    double Density(Vec3f p, Vec3f d) const {
+        float pdf = 0;
+        lights.Environment(d, &pdf);
+        Ray ray;
+        ray.origin = p;
+        ray.direction = Normalize(d);
+        double sum = pdf;
+        // Lights behind lights count too: sampling knows no visibility.
+        Hit hit;
+        float travelled = 0;
+        while (accel.Intersect(ray, &hit)) {
+            const Object& object = accel.objects()[hit.object];
+            travelled += hit.t;
+            if (object.first_light >= 0 && Dot(hit.normal, ray.direction) < 0) {
+                sum += lights.AreaPdf(object, hit.triangle, travelled, ray.direction, hit.normal);
+            }
+            ray.origin = ray.origin + ray.direction * (hit.t + 1e-4f);
+            travelled += 1e-4f;
+        }
+        return sum;
+    }
+};
+
+Scene EnvironmentScene(bool sun) {
+    Scene scene;
+    scene.materials = {test::Diffuse({0.5f, 0.5f, 0.5f})};
+    test::AddMesh(&scene, test::Quad({-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}, 0));
+    const int width = 16, height = 8;
+    std::mt19937 random(9);
+    std::uniform_real_distribution<float> uniform(0, 1);
+    std::vector<float> pixels;
+    for (int i = 0; i < width * height; ++i) {
+        const float v = uniform(random) < 0.3f ? 0 : uniform(random);
+        pixels.insert(pixels.end(), {v, 0.5f * v, 0.7f * v});
+    }
+    if (sun) {
+        std::fill_n(pixels.begin() + 3 * (2 * 16 + 5), 3, 50.0f);
+    }
+    test::AddTexture(&scene, width, height, 3, pixels);
+    auto environment = std::make_shared<Environment>();
+    environment->image = 0;
+    environment->to_world = Transform::Rotate(0.36f, 0.48f, 0, 0.8f);
+    scene.environment = environment;
+    return scene;
+}
+
+TEST(LightChi2, EnvironmentMap) {
+    const Lit lit(EnvironmentScene(false));
+    EXPECT_GT(lit.ChiSquare({0, 0, 5}, 200000), test::SignificanceOf(kTests));
+}
+
+TEST(LightChi2, EnvironmentMapWithSun) {
+    const Lit lit(EnvironmentScene(true));
+    EXPECT_GT(lit.ChiSquare({0, 0, 5}, 200000), test::SignificanceOf(kTests));
+}
+
+TEST(LightChi2, MixOfAreaLightsAndEnvironment) {
+    // Large lights around the point: cells of the sphere are crossed by few edges, which quadrature
+    // smears.
+    Scene scene = EnvironmentScene(false);
+    scene.materials.push_back(test::Diffuse({0, 0, 0}, {1, 2, 3}));
+    scene.materials.push_back(test::Diffuse({0, 0, 0}, {4, 1, 1}));
+    test::AddMesh(&scene, test::Sphere(1, 24),
+                  Transform::Translate({0, 3, 5}) * Transform::Scale({1.5f, 1, 1.5f}));
+    test::AddMesh(&scene, test::Cube(2, true),
+                  Transform::Translate({0, 0, 5}) * Transform::Scale({6, 7, 8}));
+    const Lit lit(scene);
+    EXPECT_GT(lit.ChiSquare({0.2f, 0.1f, 5}, 20000), test::SignificanceOf(kTests));
+}
+
+TEST(EnvironmentLight, SampleAndRadianceAgree) {
+    const Scene scene = EnvironmentScene(true);
+    const EnvironmentLight light(scene, *scene.environment);
+    std::mt19937 random(9);
+    std::uniform_real_distribution<float> uniform(0, 0.999999f);
+    for (int i = 0; i < 5000; ++i) {
+        LightSample s;
+        if (!light.Sample({uniform(random), uniform(random)}, &s)) {
+            continue;
+        }
+        float pdf = 0;
+        const Rgb radiance = light.Radiance(s.wi, &pdf);
+        // From direction to map and back: a few 1e-7 of the map's width, times the slope of the
+        // tents.
+        EXPECT_NEAR(pdf, s.pdf, 1e-3f * s.pdf + 1e-5f);
+        EXPECT_NEAR(radiance.x, s.radiance.x, 1e-3f * s.radiance.x + 1e-4f);
+    }
+}
+
+TEST(EnvironmentLight, EstimatesItsOwnIrradiance) {
+    // Mean of radiance / pdf over samples is the integral over the sphere.
+    const Scene scene = EnvironmentScene(true);
+    const EnvironmentLight light(scene, *scene.environment);
+    std::mt19937 random(10);
+    std::uniform_real_distribution<float> uniform(0, 0.999999f);
+    Moments sampled, uniformly;
+    for (int i = 0; i < 200000; ++i) {
+        LightSample s;
+        const bool lit = light.Sample({uniform(random), uniform(random)}, &s);
+        sampled.Add(lit ? s.radiance.y / s.pdf : 0);
+        uniformly.Add(light.Radiance(SampleSphere({uniform(random), uniform(random)}), nullptr).y *
+                      4 * kPi);
+    }
+    const double error = std::sqrt(sampled.MeanVariance() + uniformly.MeanVariance());
+    EXPECT_NEAR(sampled.mean, uniformly.mean, 3 * error);
+    EXPECT_LT(sampled.SampleVariance(), 0.2 * uniformly.SampleVariance());
+}
+
+}  // namespace
+}  // namespace relume::render

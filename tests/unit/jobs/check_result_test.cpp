@@ -1,0 +1,74 @@
+#include "server/jobs/check_result.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/base/error.h"
+#include "tests/unit/jobs/pseudo_renderer.h"
+
+namespace relume::jobs {
+namespace {
+
+TileTask Task() { return {{4, 2, 7, 4}, {0, 1, 2, 3, 4, 5}, {4, 5, 0, 7, 64, 1}}; }
+
+void ExpectRefused(const TileTask& task, const TileResult& result, const std::string& why) {
+    try {
+        CheckResult(task, result);
+        FAIL() << "accepted, although: " << why;
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ErrorCode::kInvalidArgument);
+        EXPECT_THAT(error.what(), testing::HasSubstr(why));
+    }
+}
+
+TEST(CheckResult, AcceptsWhatTheTaskAsksFor) {
+    EXPECT_NO_THROW(CheckResult(Task(), PseudoRender(Task())));
+}
+
+TEST(CheckResult, RefusesOtherShapes) {
+    TileResult result = PseudoRender(Task());
+    result.planes.pop_back();
+    ExpectRefused(Task(), result, "are due");
+    result = PseudoRender(Task());
+    result.rect.x1 += 1;
+    ExpectRefused(Task(), result, "are due");
+    result = PseudoRender(Task());
+    result.pixels[1] = 2;
+    ExpectRefused(Task(), result, "pixel 2 where 1 is due");
+}
+
+TEST(CheckResult, RefusesValuesThatAreNone) {
+    for (const float bad : {NAN, INFINITY, -INFINITY}) {
+        TileResult result = PseudoRender(Task());
+        result.planes[kMeanB * result.pixels.size() + 3] = bad;
+        ExpectRefused(Task(), result, "mean_b.R");
+    }
+    TileResult result = PseudoRender(Task());
+    result.planes[(kM2A + 1) * result.pixels.size()] = -1e-3f;
+    ExpectRefused(Task(), result, "m2_a.G");
+    result = PseudoRender(Task());
+    result.seconds = NAN;
+    ExpectRefused(Task(), result, "time");
+}
+
+TEST(CheckResult, RefusesCountsThatAreNotTheLeases) {
+    TileResult result = PseudoRender(Task());
+    const std::size_t n = result.pixels.size();
+    result.planes[kCountA * n] += 1;
+    ExpectRefused(Task(), result, "pixel 0 counts");
+    // The sum is right, the halves are not.
+    result = PseudoRender(Task());
+    result.planes[kCountA * n] = 3;
+    result.planes[kCountB * n] = 1;
+    result.planes[kBadCount * n] = 0;
+    ExpectRefused(Task(), result, "2 + 2 are due");
+    result = PseudoRender(Task());
+    result.planes[kCountA * n] = -1;
+    result.planes[kBadCount * n] = 5;
+    ExpectRefused(Task(), result, "pixel 0 counts");
+}
+
+}  // namespace
+}  // namespace relume::jobs

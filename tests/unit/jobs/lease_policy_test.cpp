@@ -1,0 +1,46 @@
+#include "server/jobs/lease_policy.h"
+
+#include <gtest/gtest.h>
+
+namespace relume::jobs {
+namespace {
+
+TEST(LeasePolicy, DeadlineFollowsSpeedAndWhatIsBefore) {
+    struct Case {
+        WorkerPace pace;
+        std::uint64_t samples;
+        double predicted, deadline;
+    };
+    const Case cases[] = {
+        {{0, 0, false}, 1000, 0, kSceneLoadSeconds},
+        {{1000, 0, false},
+         1000,
+         0,
+         kSceneLoadSeconds},  // speed of another scene: this one is still loading
+        {{0, 5000, true}, 1000, 0, kUnknownSpeedSeconds},
+        {{1000, 0, true}, 2000, 2, 8},
+        {{1000, 3000, true}, 2000, 5, 20},
+        {{1e6, 0, true}, 1000, 1e-3, kMinDeadlineSeconds},
+    };
+    for (const auto& c : cases) {
+        EXPECT_DOUBLE_EQ(PredictSeconds(c.pace, c.samples), c.predicted);
+        EXPECT_DOUBLE_EQ(DeadlineSeconds(c.pace, c.samples), c.deadline);
+    }
+}
+
+TEST(LeasePolicy, RacesForTheOverdueAndWhereItIsSooner) {
+    EXPECT_TRUE(ShouldRace(0, 0));
+    EXPECT_TRUE(ShouldRace(5, -1));
+    EXPECT_TRUE(ShouldRace(1, 2));
+    EXPECT_FALSE(ShouldRace(2, 1));
+    EXPECT_FALSE(ShouldRace(0, 1));  // own speed not known
+}
+
+TEST(LeasePolicy, PausesGrowToAMinute) {
+    EXPECT_EQ(ProblemPauseSeconds(1), 1);
+    EXPECT_EQ(ProblemPauseSeconds(3), 4);
+    EXPECT_EQ(ProblemPauseSeconds(50), 60);
+}
+
+}  // namespace
+}  // namespace relume::jobs

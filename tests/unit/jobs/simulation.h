@@ -1,0 +1,112 @@
+#pragma once
+
+#include <algorithm>
+#include <deque>
+#include <map>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "server/jobs/job_queue.h"
+#include "tests/unit/jobs/pseudo_renderer.h"
+
+namespace relume::jobs {
+
+// How a simulated farm misbehaves. Chances are per lease.
+struct FarmHabits {
+    int workers = 2;
+    double lose = 0;       // never answered
+    double twice = 0;      // answered twice
+    double leave = 0;      // the worker goes, a new one comes
+    double hand_back = 0;  // returned unrendered
+    double wrong = 0;      // answered wrongly
+    double slow = 0;       // answered only after the deadline
+};
+
+struct FarmRun {
+    JobInfo info;
+    std::shared_ptr<const Film> film;
+};
+
+// Renders a job on simulated workers with simulated time.
+inline FarmRun RunFarm(const std::string& sampler, const TileRect& window, int tile_size,
+                       std::uint64_t budget, const FarmHabits& habits, std::uint32_t seed) {
+    struct Held {
+        LeaseGrant lease;
+        TimePoint ready;
+    };
+    JobQueue queue;
+    TimePoint now{};
+    std::mt19937 random(seed);
+    const auto chance = [&](double p) { return std::uniform_real_distribution<>()(random) < p; };
+    JobSetup setup;
+    setup.window = window;
+    setup.display_width = window.x1;
+    setup.display_height = window.y1;
+    setup.tile_size = tile_size;
+    setup.budget = budget;
+    setup.planner = MakePlanner(sampler);
+    queue.AddJob("jobs/a", std::move(setup), now);
+
+    std::map<WorkerId, std::vector<Held>> workers;
+    const auto add_worker = [&] {
+        const WorkerId id = queue.AddWorker("w", "class", 1, now);
+        queue.SetCredits(id, 3);
+        workers[id];
+    };
+    for (int i = 0; i < habits.workers; ++i) {
+        add_worker();
+    }
+    const auto deliver = [&](WorkerId id, const LeaseGrant& lease) {
+        TileResult result = PseudoRender(lease.task);
+        if (chance(habits.wrong)) {
+            result.planes[0] += 1;
+        }
+        queue.AddResult(id, lease.id, lease.job, result, now);
+        if (chance(habits.twice)) {
+            queue.AddResult(id, lease.id, lease.job, result, now);
+        }
+    };
+    for (int step = 0; step < 200'000 && !IsOver(queue.Get("jobs/a").state); ++step) {
+        now += FromSeconds(0.05);
+        std::vector<WorkerId> ids;
+        for (const auto& [id, held] : workers) {
+            ids.push_back(id);
+        }
+        const WorkerId id = ids[random() % ids.size()];
+        for (const WorkerId w : ids) {
+            queue.Heard(w, now);
+            queue.SceneReady(w, "jobs/a", {}, now);
+        }
+        queue.Tick(now);
+        while (auto lease = queue.NextLease(id, now)) {
+            if (!chance(habits.lose)) {
+                const double wait = chance(habits.slow) ? lease->deadline_seconds * 1.5 : 0;
+                workers[id].push_back({std::move(*lease), now + FromSeconds(wait)});
+            }
+        }
+        if (chance(habits.leave)) {
+            queue.RemoveWorker(id);
+            workers.erase(id);
+            add_worker();
+            continue;
+        }
+        auto& held = workers[id];
+        std::shuffle(held.begin(), held.end(), random);
+        if (!held.empty() && held.back().ready <= now) {
+            const LeaseGrant lease = std::move(held.back().lease);
+            held.pop_back();
+            if (chance(habits.hand_back)) {
+                queue.ReturnLeases(id, {lease.id});
+            } else {
+                deliver(id, lease);
+            }
+        }
+        if (auto work = queue.TakeFilterWork()) {
+            return {queue.Get("jobs/a"), work->film};
+        }
+    }
+    return {queue.Get("jobs/a"), nullptr};
+}
+
+}  // namespace relume::jobs

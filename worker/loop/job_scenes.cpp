@@ -1,0 +1,203 @@
+#include "worker/loop/job_scenes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <new>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/log.h"
+#include "proto/codec/codec.h"
+#include "worker/loop/manifest_source.h"
+
+namespace relume::worker {
+namespace {
+
+constexpr std::size_t kKeptScenes = 2;
+constexpr double kMaxBackoffSeconds = 60;
+
+std::string KeyOf(const SceneManifest& manifest, const RenderSettings& settings) {
+    return ManifestDigest(manifest) + codec::ToProto(settings).SerializeAsString();
+}
+
+// Would another worker, or a later attempt, do better?
+bool IsTransient(ErrorCode code, bool fetching) {
+    switch (code) {
+        case ErrorCode::kResourceExhausted:
+        case ErrorCode::kUnavailable:
+        case ErrorCode::kDeadlineExceeded:
+        case ErrorCode::kCancelled:
+            return true;
+        case ErrorCode::kNotFound:
+        case ErrorCode::kInvalidArgument:
+            return false;
+        default:
+            return fetching;  // this machine's disk, this transfer
+    }
+}
+
+}  // namespace
+
+JobScenes::JobScenes(BlobCache* cache, BlobFetch fetch, SceneLoader loader, Handler handler)
+    : cache_(cache),
+      fetch_(std::move(fetch)),
+      loader_(std::move(loader)),
+      handler_(std::move(handler)),
+      thread_([this] { LoadThread(); }) {}
+
+JobScenes::~JobScenes() {
+    {
+        const std::lock_guard lock(mutex_);
+        stop_ = true;
+        changed_.notify_all();
+    }
+    thread_.join();
+}
+
+void JobScenes::Add(const std::string& job, const SceneManifest& manifest,
+                    const RenderSettings& settings) {
+    const std::lock_guard lock(mutex_);
+    Entry entry;
+    entry.manifest = manifest;
+    entry.settings = settings;
+    entry.key = KeyOf(manifest, settings);
+    jobs_.insert_or_assign(job, std::move(entry));
+}
+
+bool JobScenes::Knows(const std::string& job) const {
+    const std::lock_guard lock(mutex_);
+    return jobs_.count(job) != 0;
+}
+
+std::shared_ptr<const LoadedScene> JobScenes::Want(const std::string& job) {
+    const std::lock_guard lock(mutex_);
+    const auto it = jobs_.find(job);
+    if (it == jobs_.end()) {
+        return nullptr;
+    }
+    // A job's first lease always goes through the loading thread, so that SceneReady tells its
+    // notes.
+    if (it->second.announced) {
+        if (auto scene = Find(it->second.key)) {
+            return scene;
+        }
+    }
+    it->second.wanted = true;
+    changed_.notify_all();
+    return nullptr;
+}
+
+void JobScenes::ForgetJobs() {
+    const std::lock_guard lock(mutex_);
+    jobs_.clear();
+    ++generation_;
+}
+
+bool JobScenes::busy() const {
+    const std::lock_guard lock(mutex_);
+    return busy_;
+}
+
+void JobScenes::LoadThread() {
+    std::unique_lock lock(mutex_);
+    while (!stop_) {
+        // The wanted job whose time comes first.
+        const auto it =
+            std::min_element(jobs_.begin(), jobs_.end(), [](const auto& a, const auto& b) {
+                return std::pair(!a.second.wanted, a.second.not_before) <
+                       std::pair(!b.second.wanted, b.second.not_before);
+            });
+        if (it == jobs_.end() || !it->second.wanted) {
+            changed_.wait(lock);
+            continue;
+        }
+        if (it->second.not_before > SteadyClock().Now()) {
+            const TimePoint wake = it->second.not_before;
+            changed_.wait_until(lock, wake);
+            continue;
+        }
+        const std::string job = it->first;
+        const Entry entry = it->second;
+        const std::uint64_t generation = generation_;
+        busy_ = true;
+        lock.unlock();
+        Load(job, entry, generation);
+        lock.lock();
+        busy_ = false;
+    }
+}
+
+void JobScenes::Load(const std::string& job, const Entry& entry, std::uint64_t generation) {
+    const TimePoint begin = SteadyClock().Now();
+    std::shared_ptr<const LoadedScene> scene;
+    {
+        const std::lock_guard lock(mutex_);
+        scene = Find(entry.key);
+    }
+    std::string problem;
+    bool transient = false;
+    bool fetching = true;
+    try {
+        if (!scene) {
+            const ManifestSource files(entry.manifest, cache_, fetch_);
+            files.FetchAll();
+            fetching = false;
+            scene = loader_(files, entry.manifest, entry.settings);
+        }
+    } catch (const Error& error) {
+        problem = error.what();
+        transient = IsTransient(error.code(), fetching);
+    } catch (const std::bad_alloc&) {
+        problem = fmt::format("{}: not enough memory for the scene; give the worker more",
+                              entry.manifest.main);
+        transient = true;
+    } catch (const std::exception& error) {
+        problem = fmt::format("{}: {}", entry.manifest.main, error.what());
+    }
+
+    {
+        const std::lock_guard lock(mutex_);
+        if (scene) {
+            Keep(entry.key, scene);
+        }
+        const auto it = jobs_.find(job);
+        if (generation != generation_ || it == jobs_.end()) {
+            return;
+        }
+        it->second.wanted = false;
+        if (scene) {
+            it->second.announced = true;
+        } else {
+            it->second.not_before = SteadyClock().Now() + FromSeconds(entry.backoff_seconds);
+            it->second.backoff_seconds = std::min(2 * entry.backoff_seconds, kMaxBackoffSeconds);
+        }
+    }
+    if (scene) {
+        handler_.on_ready(job, scene, ToSeconds(SteadyClock().Now() - begin));
+    } else {
+        handler_.on_problem(job, problem, transient);
+    }
+}
+
+void JobScenes::Keep(const std::string& key, std::shared_ptr<const LoadedScene> scene) {
+    if (Find(key)) {
+        return;
+    }
+    kept_.emplace_front(key, std::move(scene));
+    if (kept_.size() > kKeptScenes) {
+        kept_.pop_back();
+    }
+}
+
+std::shared_ptr<const LoadedScene> JobScenes::Find(const std::string& key) {
+    const auto it = std::find_if(kept_.begin(), kept_.end(),
+                                 [&](const auto& kept) { return kept.first == key; });
+    if (it == kept_.end()) {
+        return nullptr;
+    }
+    kept_.splice(kept_.begin(), kept_, it);
+    return kept_.front().second;
+}
+
+}  // namespace relume::worker

@@ -1,0 +1,83 @@
+#include "worker/loop/work_stream.h"
+
+#include <utility>
+
+namespace relume::worker {
+
+std::shared_ptr<WorkStream> WorkStream::Open(v1::WorkerService::Stub* stub, Handler handler) {
+    std::shared_ptr<WorkStream> stream(new WorkStream(std::move(handler)));
+    stream->self_ = stream;
+    stub->async()->Work(&stream->context_, stream.get());
+    stream->AddHold();
+    stream->StartRead(&stream->incoming_);
+    stream->StartCall();
+    return stream;
+}
+
+void WorkStream::Send(v1::WorkRequest message) {
+    std::unique_lock lock(mutex_);
+    if (broken_ || finishing_) {
+        return;
+    }
+    outbox_.push_back(std::move(message));
+    Advance(std::move(lock));
+}
+
+void WorkStream::Finish() {
+    std::unique_lock lock(mutex_);
+    finishing_ = true;
+    Advance(std::move(lock));
+}
+
+void WorkStream::OnReadDone(bool ok) {
+    if (ok) {
+        handler_.on_message(std::move(incoming_));
+        incoming_.Clear();
+        StartRead(&incoming_);
+        return;
+    }
+    std::unique_lock lock(mutex_);
+    broken_ = true;
+    outbox_.clear();
+    Advance(std::move(lock));
+}
+
+void WorkStream::OnWriteDone(bool ok) {
+    std::unique_lock lock(mutex_);
+    writing_ = false;
+    if (!ok) {
+        broken_ = true;
+        outbox_.clear();
+    }
+    Advance(std::move(lock));
+}
+
+void WorkStream::Advance(std::unique_lock<std::mutex> lock) {
+    if (writing_ || ended_) {
+        return;
+    }
+    if (!outbox_.empty()) {
+        outgoing_ = std::move(outbox_.front());
+        outbox_.pop_front();
+        writing_ = true;
+        lock.unlock();
+        StartWrite(&outgoing_);
+        return;
+    }
+    if (broken_ || finishing_) {
+        ended_ = true;
+        const bool half_close = !broken_;
+        lock.unlock();
+        if (half_close) {
+            StartWritesDone();
+        }
+        RemoveHold();
+    }
+}
+
+void WorkStream::OnDone(const grpc::Status& status) {
+    const auto self = std::move(self_);
+    handler_.on_closed(status);
+}
+
+}  // namespace relume::worker

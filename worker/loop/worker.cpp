@@ -1,0 +1,358 @@
+#include "worker/loop/worker.h"
+
+#include <fmt/format.h>
+#include <grpcpp/create_channel.h>
+
+#include <algorithm>
+#include <chrono>
+#include <random>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/base/log.h"
+#include "core/film/aov.h"
+#include "proto/codec/codec.h"
+#include "proto/codec/protocol.h"
+#include "proto/codec/status.h"
+#include "worker/loop/blob_fetch.h"
+
+namespace relume::worker {
+namespace {
+
+constexpr double kWelcomeSeconds = 10;
+constexpr double kGoodbyeSeconds = 0.5;
+constexpr double kTickSeconds = 0.1;  // between looks at the clock before the Welcome
+constexpr double kMinBackoffSeconds = 0.1, kMaxBackoffSeconds = 5;
+// Enough that a thread never waits for the wire, few enough that a pass ends evenly.
+constexpr int kLeasesPerThread = 3;
+
+std::shared_ptr<grpc::Channel> MakeChannel(const std::string& server) {
+    grpc::ChannelArguments arguments;
+    arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 20'000);
+    arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
+    arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
+    arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
+    arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 100);
+    arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 5'000);
+    return grpc::CreateCustomChannel(server, grpc::InsecureChannelCredentials(), arguments);
+}
+
+}  // namespace
+
+Worker::Worker(WorkerOptions options, SceneLoader loader)
+    : options_(std::move(options)),
+      channel_(MakeChannel(options_.server)),
+      work_stub_(v1::WorkerService::NewStub(channel_)),
+      cache_(options_.cache_folder, options_.cache_bytes) {
+    JobScenes::Handler handler;
+    handler.on_ready = [this](const std::string& job, std::shared_ptr<const LoadedScene> scene,
+                              double seconds) {
+        spdlog::info("{}: scene ready after {:.2f} s", job, seconds);
+        v1::WorkRequest message;
+        auto* ready = message.mutable_scene_ready();
+        ready->set_job(job);
+        ready->mutable_notes()->Assign(scene->notes.begin(), scene->notes.end());
+        ready->set_seconds(seconds);
+        Send(std::move(message));
+        leases_.SetScene(job, std::move(scene));
+    };
+    handler.on_problem = [this](const std::string& job, const std::string& message,
+                                bool transient) {
+        SendProblem(job, message, transient);
+        ReturnLeases(leases_.DropJob(job));
+    };
+    scenes_ =
+        std::make_unique<JobScenes>(&cache_, MakeBlobFetch(channel_, options_.server, &stopping_),
+                                    std::move(loader), std::move(handler));
+    for (int i = 0; i < options_.threads; ++i) {
+        render_threads_.emplace_back([this] { RenderThread(); });
+    }
+}
+
+Worker::~Worker() {
+    stopping_.Cancel();
+    leases_.Close();
+    leases_.CancelRunning();
+    for (auto& thread : render_threads_) {
+        thread.join();
+    }
+    scenes_.reset();
+}
+
+void Worker::Stop() {
+    stopping_.Cancel();
+    Post({Event::kStop, {}, {}});
+}
+
+void Worker::Post(Event event) {
+    const std::lock_guard lock(mutex_);
+    inbox_.push_back(std::move(event));
+    posted_.notify_all();
+}
+
+bool Worker::NextEvent(double seconds, Event* event) {
+    std::unique_lock lock(mutex_);
+    if (!posted_.wait_for(lock, FromSeconds(seconds), [&] { return !inbox_.empty(); })) {
+        return false;
+    }
+    *event = std::move(inbox_.front());
+    inbox_.pop_front();
+    return true;
+}
+
+void Worker::Run() {
+    // The jitter keeps a rack of workers from coming back in step.
+    std::mt19937 random(std::random_device{}());
+    double backoff = kMinBackoffSeconds;
+    bool said = false;
+    while (!stopping_.cancelled()) {
+        const grpc::Status status = Serve();
+        if (stopping_.cancelled() || draining_) {
+            break;
+        }
+        if (status.error_code() == grpc::StatusCode::FAILED_PRECONDITION ||
+            status.error_code() == grpc::StatusCode::UNIMPLEMENTED) {
+            throw Error(ErrorCode::kFailedPrecondition,
+                        fmt::format("{}: the server refuses this worker ({}, protocol {}): {}",
+                                    options_.server, kBuild, kProtocolVersion,
+                                    codec::FromStatus(status, options_.server).what()));
+        }
+        if (welcomed_) {
+            backoff = kMinBackoffSeconds;
+            said = false;
+        }
+        if (!said) {
+            spdlog::warn("{}; trying again until it answers",
+                         codec::FromStatus(status, options_.server).what());
+            said = true;
+        }
+        Event event;
+        NextEvent(backoff * std::uniform_real_distribution<>(0.5, 1.5)(random), &event);
+        backoff = std::min(2 * backoff, kMaxBackoffSeconds);
+    }
+}
+
+grpc::Status Worker::Serve() {
+    welcomed_ = false;
+    const auto stream =
+        WorkStream::Open(work_stub_.get(), {[this](v1::WorkResponse message) {
+                                                Post({Event::kMessage, std::move(message), {}});
+                                            },
+                                            [this](const grpc::Status& status) {
+                                                Post({Event::kClosed, {}, status});
+                                            }});
+    {
+        const std::lock_guard lock(mutex_);
+        stream_ = stream;
+    }
+    SayHello();
+
+    // A server that neither welcomes the worker nor lets it go is not waited for.
+    TimePoint give_up = SteadyClock().Now() + FromSeconds(kWelcomeSeconds);
+    TimePoint next_report{};
+    Event event;
+    for (;;) {
+        const TimePoint now = SteadyClock().Now();
+        if (now >= give_up) {
+            stream->Cancel();
+            give_up = TimePoint::max();
+        }
+        if (welcomed_ && now >= next_report) {
+            Report();
+            next_report = now + FromSeconds(report_seconds_);
+        }
+        if (!NextEvent(welcomed_ ? ToSeconds(next_report - now) : kTickSeconds, &event)) {
+            continue;
+        }
+        if (event.kind == Event::kClosed) {
+            break;
+        }
+        const bool was_welcomed = welcomed_;
+        const bool was_draining = draining_;
+        if (event.kind == Event::kMessage) {
+            Handle(event.message);
+        } else {
+            draining_ = true;
+        }
+        if (welcomed_ && !was_welcomed) {
+            give_up = TimePoint::max();
+        }
+        if (draining_ && !was_draining) {
+            Drain();
+            stream->Finish();
+            give_up = SteadyClock().Now() + FromSeconds(kGoodbyeSeconds);
+        }
+    }
+    // The stream's end has returned all leases.
+    leases_.DropAll();
+    leases_.CancelRunning();
+    scenes_->ForgetJobs();
+    const std::lock_guard lock(mutex_);
+    stream_.reset();
+    return event.status;
+}
+
+void Worker::SayHello() {
+    v1::WorkRequest message;
+    auto* hello = message.mutable_hello();
+    hello->set_name(options_.name);
+    hello->set_protocol_version(kProtocolVersion);
+    hello->mutable_numeric_class()->set_build(kBuild);
+    hello->mutable_numeric_class()->set_isa(options_.isa);
+    hello->set_threads(options_.threads);
+    Send(std::move(message));
+}
+
+void Worker::Handle(const v1::WorkResponse& message) {
+    switch (message.message_case()) {
+        case v1::WorkResponse::kWelcome:
+            welcomed_ = true;
+            report_seconds_ = std::clamp(message.welcome().report_seconds(), 0.05, 60.0);
+            spdlog::info("works for {} as {} with {} threads", options_.server,
+                         message.welcome().name(), options_.threads);
+            break;
+        case v1::WorkResponse::kJob:
+            HandleJob(message.job());
+            break;
+        case v1::WorkResponse::kLease:
+            HandleLease(message.lease());
+            break;
+        case v1::WorkResponse::kRevoke: {
+            const auto& ids = message.revoke().lease_ids();
+            ReturnLeases(leases_.Drop({ids.begin(), ids.end()}));
+            break;
+        }
+        case v1::WorkResponse::kDrain:
+            draining_ = true;
+            break;
+        case v1::WorkResponse::MESSAGE_NOT_SET:
+            break;
+    }
+}
+
+void Worker::HandleJob(const v1::JobContext& context) {
+    try {
+        if (!std::equal(context.channels().begin(), context.channels().end(),
+                        FilmChannelNames().begin(), FilmChannelNames().end())) {
+            ThrowInvalidArgument("the server asks for other channels than " + std::string(kBuild) +
+                                 " makes; use workers and server of one version");
+        }
+        scenes_->Add(context.job(), codec::FromProto(context.scene()),
+                     codec::FromProto(context.settings()));
+    } catch (const Error& error) {
+        SendProblem(context.job(), error.what(), false);
+    }
+}
+
+void Worker::HandleLease(const v1::Lease& lease) {
+    HeldLease held;
+    held.id = lease.id();
+    held.job = lease.job();
+    held.epoch = lease.epoch();
+    try {
+        held.task = codec::TaskFromLease(lease);
+    } catch (const Error& error) {
+        SendProblem(lease.job(), error.what(), false);
+        ReturnLeases({lease.id()});
+        return;
+    }
+    if (draining_ || !scenes_->Knows(lease.job())) {
+        ReturnLeases({lease.id()});
+        return;
+    }
+    {
+        const std::lock_guard lock(mutex_);
+        held.stream = stream_;
+    }
+    // Into the queue first: a scene that gets ready in between finds the lease there.
+    leases_.Push(std::move(held));
+    if (auto scene = scenes_->Want(lease.job())) {
+        leases_.SetScene(lease.job(), std::move(scene));
+    }
+}
+
+void Worker::Drain() {
+    spdlog::info("drains, with {} leases held", leases_.held());
+    ReturnLeases(leases_.DropAll());
+    Report();
+    const auto limit = std::chrono::milliseconds(static_cast<int>(kDrainSeconds * 1000));
+    while (!leases_.WaitIdle(limit)) {
+        if (stopping_.cancelled()) {
+            leases_.CancelRunning();
+            leases_.WaitIdle(std::chrono::milliseconds(200));
+            return;
+        }
+        Report();  // the server's own drain leaves the leases their time
+    }
+}
+
+void Worker::RenderThread() {
+    while (auto lease = leases_.Take()) {
+        v1::WorkRequest message;
+        try {
+            const TileResult result = lease->scene->render(lease->task, *lease->cancel);
+            if (!lease->cancel->cancelled()) {
+                auto* answer = message.mutable_result();
+                answer->set_lease_id(lease->id);
+                answer->set_job(lease->job);
+                answer->set_planes(codec::EncodePlanes(result));
+                answer->set_rays(result.rays);
+                answer->set_seconds(result.seconds);
+                answer->set_epoch(lease->epoch);
+            }
+        } catch (const std::exception& error) {
+            const TileRect& r = lease->task.rect;
+            spdlog::error("{}: lease {} over pixels {},{},{},{} failed: {}", lease->job, lease->id,
+                          r.x0, r.y0, r.x1, r.y1, error.what());
+            v1::WorkRequest report;
+            report.mutable_problem()->set_job(lease->job);
+            report.mutable_problem()->set_message(error.what());
+            report.mutable_problem()->set_transient(true);
+            lease->stream->Send(std::move(report));
+        }
+        if (!message.has_result()) {
+            message.mutable_lease_return()->add_lease_ids(lease->id);
+        }
+        lease->stream->Send(std::move(message));
+        leases_.Finish(*lease);
+    }
+}
+
+void Worker::Report() {
+    v1::WorkRequest message;
+    const int credits = draining_ ? 0 : kLeasesPerThread * options_.threads;
+    message.mutable_report()->set_credits(static_cast<std::uint32_t>(credits));
+    message.mutable_report()->set_leases_held(static_cast<std::uint32_t>(leases_.held()));
+    Send(std::move(message));
+}
+
+void Worker::ReturnLeases(const std::vector<std::uint64_t>& ids) {
+    if (ids.empty()) {
+        return;
+    }
+    v1::WorkRequest message;
+    message.mutable_lease_return()->mutable_lease_ids()->Assign(ids.begin(), ids.end());
+    Send(std::move(message));
+}
+
+void Worker::SendProblem(const std::string& job, const std::string& message, bool transient) {
+    spdlog::warn("{}: {}", job, message);
+    v1::WorkRequest request;
+    request.mutable_problem()->set_job(job);
+    request.mutable_problem()->set_message(message);
+    request.mutable_problem()->set_transient(transient);
+    Send(std::move(request));
+}
+
+void Worker::Send(v1::WorkRequest message) {
+    std::shared_ptr<WorkStream> stream;
+    {
+        const std::lock_guard lock(mutex_);
+        stream = stream_;
+    }
+    if (stream) {
+        stream->Send(std::move(message));
+    }
+}
+
+}  // namespace relume::worker

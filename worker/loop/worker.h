@@ -1,0 +1,96 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "relume/v1/work.grpc.pb.h"
+#include "worker/loop/blob_cache.h"
+#include "worker/loop/job_scenes.h"
+#include "worker/loop/lease_queue.h"
+#include "worker/loop/scene_loader.h"
+#include "worker/loop/work_stream.h"
+
+namespace relume::worker {
+
+struct WorkerOptions {
+    std::string server;  // HOST:PORT
+    std::string name;    // what the server calls it, made unique there
+    int threads = 1;     // render threads
+    std::string isa;     // of the numeric class
+    std::filesystem::path cache_folder;
+    std::uint64_t cache_bytes = std::uint64_t{8} << 30;
+};
+
+// Works for one server until told to stop: takes leases, renders them, sends results; reconnects
+// for ever when the server is away.
+class Worker {
+  public:
+    Worker(WorkerOptions options, SceneLoader loader);
+    ~Worker();
+
+    // Returns after Stop or the server's Drain. Throws kFailedPrecondition if the server refuses
+    // this version.
+    void Run();
+
+    // Thread-safe. Leases not begun go back, those running get kDrainSeconds to finish and then go
+    // back, too.
+    void Stop();
+
+    // True while a scene is being loaded, which nothing can interrupt: the destructor waits for it.
+    bool loading() const { return scenes_->busy(); }
+
+    static constexpr double kDrainSeconds = 0.6;
+
+  private:
+    // What the stream and Stop tell the control thread.
+    struct Event {
+        enum Kind { kMessage, kClosed, kStop } kind;
+        v1::WorkResponse message;
+        grpc::Status status;
+    };
+    void Post(Event event);
+    // The next event, or nothing after `seconds`.
+    bool NextEvent(double seconds, Event* event);
+
+    // One stream from Hello to its end.
+    grpc::Status Serve();
+    void SayHello();
+    void Handle(const v1::WorkResponse& message);
+    void HandleJob(const v1::JobContext& context);
+    void HandleLease(const v1::Lease& lease);
+    // Hands back what has not begun, waits for what has, and says goodbye.
+    void Drain();
+    void RenderThread();
+    void Report();
+    void ReturnLeases(const std::vector<std::uint64_t>& ids);
+    void SendProblem(const std::string& job, const std::string& message, bool transient);
+    void Send(v1::WorkRequest message);
+
+    WorkerOptions options_;
+    std::shared_ptr<grpc::Channel> channel_;
+    std::unique_ptr<v1::WorkerService::Stub> work_stub_;
+    BlobCache cache_;
+    LeaseQueue leases_;
+    std::unique_ptr<JobScenes> scenes_;
+    std::vector<std::thread> render_threads_;
+    CancelToken stopping_;
+
+    // Of the control thread.
+    double report_seconds_ = 1;
+    bool welcomed_ = false;  // by the current stream
+    bool draining_ = false;  // no more leases wanted
+
+    std::mutex mutex_;  // guards all below
+    std::condition_variable posted_;
+    std::deque<Event> inbox_;
+    std::shared_ptr<WorkStream> stream_;
+};
+
+}  // namespace relume::worker

@@ -1,0 +1,117 @@
+// relume-worker: renders leases for a server until it is told to stop.
+#include <fmt/format.h>
+#include <sys/prctl.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <mutex>
+#include <thread>
+
+#include "core/base/error.h"
+#include "core/base/log.h"
+#include "core/base/parallel.h"
+#include "core/base/signals.h"
+#include "worker/loop/worker.h"
+#include "worker/render/render.h"
+
+namespace {
+
+std::string HostAndPid() {
+    char host[256] = "worker";
+    gethostname(host, sizeof host - 1);
+    return fmt::format("{}:{}", host, getpid());
+}
+
+// $XDG_CACHE_HOME/relume, ~/.cache/relume, or a folder of this user's in the temporary one.
+std::filesystem::path DefaultCache() {
+    if (const char* cache = std::getenv("XDG_CACHE_HOME"); cache != nullptr && *cache != '\0') {
+        return std::filesystem::path(cache) / "relume";
+    }
+    if (const char* home = std::getenv("HOME"); home != nullptr && *home != '\0') {
+        return std::filesystem::path(home) / ".cache" / "relume";
+    }
+    return std::filesystem::temp_directory_path() / fmt::format("relume-cache-{}", getuid());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    relume::worker::WorkerOptions options;
+    options.name = HostAndPid();
+    std::string cache = DefaultCache().string();
+    std::string log_level = "info";
+    bool log_json = false, with_parent = false;
+
+    CLI::App app{
+        "Renders leases for a relume-server. SIGTERM: hands back what has not begun and leaves."};
+    app.set_version_flag("--version", relume::kBuild);
+    app.add_option("--server", options.server, "HOST:PORT of the server")
+        ->envname("RELUME_SERVER")
+        ->required();
+    app.add_option("--threads", options.threads, "render threads; 0 = one a core")
+        ->default_val(0)
+        ->check(CLI::Range(0, 1024));
+    app.add_option("--name", options.name, "what the server calls this worker [host:pid]");
+    app.add_option("--cache", cache, "folder for scene files; workers of a machine may share it")
+        ->capture_default_str();
+    app.add_option("--cache-size", options.cache_bytes, "largest size of that folder, e.g. 8G")
+        ->transform(CLI::AsSizeValue(false))
+        ->default_str("8G");
+    app.add_option("--log-level", log_level, "trace, debug, info, warn, error or off")
+        ->capture_default_str();
+    app.add_flag("--log-json", log_json, "log lines as JSON objects");
+    app.add_flag("--with-parent", with_parent, "die with the process that started this one");
+    CLI11_PARSE(app, argc, argv);
+
+    if (with_parent) {
+        prctl(PR_SET_PDEATHSIG, SIGKILL);
+    }
+    std::signal(SIGPIPE, SIG_IGN);
+    try {
+        relume::InitLogging("relume-worker", log_level, log_json);
+        relume::render::CheckCpu();
+        options.isa = relume::render::kIsa;
+        options.cache_folder = cache;
+        if (options.threads == 0) {
+            options.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+        }
+        relume::SetThreadCount(options.threads);
+
+        std::mutex mutex;
+        relume::worker::Worker* running = nullptr;  // guarded by mutex
+        bool stopped = false;                       // likewise
+        relume::SignalWatcher signals([&](int) {
+            const std::lock_guard lock(mutex);
+            stopped = true;
+            if (running != nullptr) {
+                running->Stop();
+            }
+        });
+        relume::worker::Worker worker(options, relume::worker::MakeSceneLoader());
+        {
+            const std::lock_guard lock(mutex);
+            running = &worker;
+            if (stopped) {
+                return 0;
+            }
+        }
+        worker.Run();
+        spdlog::info("done");
+        {
+            const std::lock_guard lock(mutex);
+            running = nullptr;
+        }
+        if (worker.loading()) {
+            // A scene half loaded can't be interrupted, and nothing depends on how it ends.
+            std::_Exit(0);
+        }
+    } catch (const std::exception& error) {
+        fmt::print(stderr, "relume-worker: {}\n", error.what());
+        return 1;
+    }
+    return 0;
+}

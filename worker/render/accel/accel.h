@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/scene/scene.h"
+#include "worker/render/accel/triangles.h"
+#include "worker/render/bsdf/material.h"
+
+namespace relume::render {
+
+struct Ray {
+    Vec3f origin;
+    float far = std::numeric_limits<float>::infinity();  // in lengths of the direction
+    Vec3f direction;
+    std::uint32_t seed = 0;  // decides at partly transparent surfaces
+};
+
+struct Hit {
+    float t = 0, u = 0, v = 0;
+    std::uint32_t object = 0, triangle = 0;
+    Vec3f normal;  // of the triangle's front, world space, any length
+};
+
+// The scene's triangles behind Embree. Immutable, thread-safe. Meshes of one instance lie in one
+// structure, in world space; meshes of several share one (two levels), unless that costs little
+// memory to avoid.
+class Accel {
+  public:
+    // Keeps references to `materials` (one a material of the scene) and `textures`, not to `scene`.
+    Accel(const Scene& scene, const std::vector<CompiledMaterial>& materials,
+          const TextureSet& textures);
+    ~Accel();
+    Accel(const Accel&) = delete;
+    Accel& operator=(const Accel&) = delete;
+
+    // The nearest surface that stops the ray.
+    bool Intersect(const Ray& ray, Hit* hit) const;
+    bool Occluded(const Ray& ray) const;
+
+    // One for each instance of the scene, in its order.
+    std::vector<Object>& objects() { return objects_; }
+    const std::vector<Object>& objects() const { return objects_; }
+    std::string Describe() const;
+
+  private:
+    struct Embree;
+    std::vector<Object> objects_;
+    std::vector<std::vector<TriangleData>> triangles_;  // by mesh; empty where nothing needs them
+    std::unique_ptr<Embree> embree_;
+};
+
+// Throws kFailedPrecondition if Embree can't be held to `kIsa`.
+void CheckEmbree();
+
+}  // namespace relume::render

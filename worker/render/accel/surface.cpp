@@ -1,0 +1,78 @@
+#include "worker/render/accel/surface.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace relume::render {
+namespace {
+
+// Rounding of a hit point, in units of the largest number it was computed from: Embree's
+// intersection and origin + t direction lose a few units in the last place (2^-24 each); 2^-17
+// leaves room for slivers.
+constexpr float kRounding = 0x1p-17f;
+
+// Least cosine between the shading normal and the view, unless the surface itself is seen at less.
+constexpr float kLeastCosine = 0.02f;
+
+Vec3f PerturbedNormal(const Object& object, const Hit& hit, Vec3f normal, Vec2f uv,
+                      const CompiledMaterial& material, const TextureSet& textures) {
+    const TriangleData& triangle = object.triangles[hit.triangle];
+    const Frame frame =
+        Frame::FromZX(normal, object.TransformTangent(triangle.Tangent(hit.u, hit.v)));
+    const int nearest = hit.u + hit.v < 0.5f ? 0 : hit.u > hit.v ? 1 : 2;
+    const bool negative = (((triangle.tangent_signs >> nearest) & 1) != 0) != object.mirrored;
+    const Rgba t = textures.Lookup(material.normal_texture, uv);
+    const float x = (2 * t.r - 1) * material.normal_scale,
+                y = (2 * t.g - 1) * material.normal_scale;
+    const Vec3f n =
+        frame.x * x + frame.y * (negative ? -y : y) + frame.z * std::max(2 * t.b - 1, 1e-3f);
+    return Normalize(n);
+}
+
+}  // namespace
+
+Vec2f HitUv(const Object& object, const Hit& hit) {
+    return object.triangles != nullptr ? object.triangles[hit.triangle].Uv(hit.u, hit.v) : Vec2f{};
+}
+
+Surface MakeSurface(const Object& object, const Hit& hit, Vec3f origin, Vec3f direction, Vec2f uv,
+                    const CompiledMaterial& material, const TextureSet& textures) {
+    Surface s;
+    s.uv = uv;
+    s.point = origin + direction * hit.t;
+    const float coordinate = std::max(
+        {std::abs(s.point.x), std::abs(s.point.y), std::abs(s.point.z), hit.t, object.extent});
+    s.rounding = coordinate * kRounding;
+
+    const Vec3f front = Normalize(hit.normal);
+    s.at.front = Dot(front, direction) < 0;
+    s.at.geometric = s.at.front ? front : -front;
+    Vec3f normal = front;
+    if (object.has_normals) {
+        const Vec3f n = object.TransformNormal(object.triangles[hit.triangle].Normal(hit.u, hit.v));
+        const float length2 = Length2(n);
+        if (length2 > 0) {
+            normal = n * (1 / std::sqrt(length2));
+        }
+        if (Dot(normal, front) < 0) {  // normals that contradict the winding: the winding is right
+            normal = -normal;
+        }
+    }
+    if (material.normal_texture >= 0 && object.triangles != nullptr) {
+        normal = PerturbedNormal(object, hit, normal, uv, material, textures);
+    }
+    if (!s.at.front) {
+        normal = -normal;
+    }
+    // A normal that looks away from the viewer (interpolated, or from a map) is bent back to the
+    // rim.
+    const float cos_o = -Dot(normal, direction);
+    const float least = std::min(kLeastCosine, -Dot(s.at.geometric, direction));
+    if (cos_o < least) {
+        normal = Normalize(normal - direction * (least - cos_o));
+    }
+    s.at.frame = Frame::FromZ(normal);
+    return s;
+}
+
+}  // namespace relume::render

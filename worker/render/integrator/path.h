@@ -1,0 +1,54 @@
+#pragma once
+
+#include <array>
+
+#include "core/film/aov.h"
+#include "worker/render/accel/accel.h"
+#include "worker/render/sampler/sampler.h"
+
+namespace relume::render {
+
+// Random dimensions of a path: pairs, see Sampler. Those of a vertex follow those of the vertex
+// before.
+enum CameraDimension : std::uint32_t { kPixelDimension, kLensDimension, kFirstVertexDimension };
+enum VertexDimension : std::uint32_t {
+    kLightDimension,
+    kDirectionDimension,
+    kLightChoiceDimension,
+    kLobeChoiceDimension,
+    kRouletteDimension,
+    kRayDimension,     // partly transparent surfaces on the way to the vertex
+    kShadowDimension,  // and on the way to the light
+    kVertexDimensions,
+};
+
+inline std::uint32_t VertexBase(int depth) {
+    return kFirstVertexDimension + static_cast<std::uint32_t>(depth - 1) * kVertexDimensions;
+}
+
+// A path on its way, between two stages of a wave.
+struct Path {
+    Sampler sampler;
+    // The ray to the next vertex. `direction` has unit length.
+    Vec3f origin, direction;
+    Rgb throughput{1, 1, 1};
+    float pdf = 0;        // density of `direction`; 0: perfectly specular, or from the camera
+    float eta_scale = 1;  // undoes the radiance scaling of refractions in `throughput`
+    // Radiance so far: emission seen through specular bounces alone, and all other.
+    Rgb direct, indirect;
+    bool specular_only = true;
+
+    // Features (core/film/aov.h) are overwritten at each vertex while they are open.
+    bool features_open = true;
+    float length = 0;
+    std::array<float, kFeatureCount> features{};
+
+    Hit hit;
+    Vec2f uv;
+    // What a light adds if nothing is in the way.
+    bool has_shadow_ray = false, shadow_is_feature = false;
+    Ray shadow_ray;
+    Rgb shadow_radiance;
+};
+
+}  // namespace relume::render

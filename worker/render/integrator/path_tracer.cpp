@@ -1,0 +1,248 @@
+#include "worker/render/integrator/path_tracer.h"
+
+#include <algorithm>
+#include <array>
+
+namespace relume::render {
+namespace {
+
+// Russian roulette begins at this vertex.
+constexpr int kFirstRoulette = 2;
+
+// Shadow rays end this much short of their light, relative to its distance.
+constexpr float kShadowEnd = 1 - 1e-4f;
+
+bool IsBlack(Rgb c) { return c.x == 0 && c.y == 0 && c.z == 0; }
+
+}  // namespace
+
+PathTracer::PathTracer(const Accel& accel, const std::vector<CompiledMaterial>& materials,
+                       const TextureSet& textures, const LightSet& lights, const RayCamera& camera,
+                       const RenderSettings& settings, const Box3f& bounds)
+    : accel_(accel),
+      materials_(materials),
+      textures_(textures),
+      lights_(lights),
+      camera_(camera),
+      seed_(settings.seed),
+      max_depth_(settings.max_depth) {
+    for (const CompiledMaterial& m : materials) {
+        blends_ = blends_ || m.alpha_mode == AlphaMode::kBlend;
+    }
+    last_is_any_hit_ = !lights.has_emissive_surfaces();
+    if (!bounds.empty()) {
+        center_ = bounds.center();
+        radius_ = bounds.radius();
+    }
+}
+
+std::uint64_t PathTracer::Trace(std::span<const SampleRequest> requests, std::span<Path> paths,
+                                std::span<PixelSample> samples) const {
+    std::uint64_t rays = 0;
+    std::array<std::uint32_t, kWave> alive;
+    std::size_t count = requests.size();
+    for (std::size_t i = 0; i < count; ++i) {
+        Start(requests[i], &paths[i]);
+        alive[i] = static_cast<std::uint32_t>(i);
+    }
+    // Each stage keeps the paths that go on at the front of `alive`.
+    const auto keep = [&](auto&& stage) {
+        std::size_t kept = 0;
+        for (std::size_t i = 0; i < count; ++i) {
+            if (stage(&paths[alive[i]])) {
+                alive[kept++] = alive[i];
+            }
+        }
+        count = kept;
+    };
+    for (int depth = 1; depth <= max_depth_ && count > 0; ++depth) {
+        rays += count;
+        keep([&](Path* path) { return Extend(path, depth); });
+        std::array<std::uint32_t, kWave> shaded = alive;
+        const std::size_t shaded_count = count;
+        keep([&](Path* path) { return Shade(path, depth); });
+        for (std::size_t i = 0; i < shaded_count; ++i) {
+            Path* path = &paths[shaded[i]];
+            if (path->has_shadow_ray) {
+                Connect(path);
+                ++rays;
+            }
+        }
+    }
+    for (std::size_t i = 0; i < requests.size(); ++i) {
+        const Path& path = paths[i];
+        samples[i].radiance = path.direct + path.indirect;
+        samples[i].indirect_luminance = Luminance(path.indirect);
+        samples[i].features = path.features;
+    }
+    return rays;
+}
+
+void PathTracer::Start(const SampleRequest& request, Path* path) const {
+    *path = Path();
+    path->sampler = Sampler(seed_, request.x, request.y, request.index);
+    const Vec2f in_pixel = path->sampler.Pair(kPixelDimension);
+    const Vec2f lens = camera_.lens_radius > 0 ? path->sampler.Pair(kLensDimension) : Vec2f{};
+    const CameraRay ray = camera_.Generate(
+        {static_cast<float>(request.x) + in_pixel.x, static_cast<float>(request.y) + in_pixel.y},
+        lens);
+    path->origin = ray.origin;
+    path->direction = ray.direction;
+}
+
+bool PathTracer::Extend(Path* path, int depth) const {
+    Ray ray;
+    ray.origin = path->origin;
+    ray.direction = path->direction;
+    if (blends_) {
+        ray.seed = path->sampler.Bits(VertexBase(depth) + kRayDimension);
+    }
+    if (depth == max_depth_ && last_is_any_hit_ && !path->features_open) {
+        if (!accel_.Occluded(ray)) {
+            Leave(path, depth);
+        }
+        return false;
+    }
+    if (!accel_.Intersect(ray, &path->hit)) {
+        Leave(path, depth);
+        return false;
+    }
+    return true;
+}
+
+void PathTracer::Leave(Path* path, int) const {
+    Rgb radiance;
+    if (lights_.has_environment()) {
+        float pdf = 0;
+        radiance = lights_.Environment(path->direction, path->pdf > 0 ? &pdf : nullptr);
+        const float weight = path->pdf > 0 ? PowerHeuristic(path->pdf, pdf) : 1;
+        (path->specular_only ? path->direct : path->indirect) +=
+            path->throughput * radiance * weight;
+    }
+    if (path->features_open) {
+        const Rgb albedo = Min(radiance, {1, 1, 1}) * path->throughput * path->eta_scale;
+        const float far = Length(path->origin - center_) + radius_;
+        path->features = {albedo.x, albedo.y, albedo.z, 0, 0, 0, path->length + far, 0};
+    }
+}
+
+bool PathTracer::Shade(Path* path, int depth) const {
+    path->has_shadow_ray = false;
+    const Object& object = accel_.objects()[path->hit.object];
+    const CompiledMaterial& material = materials_[object.material];
+    const Surface surface = MakeSurface(object, path->hit, path->origin, path->direction,
+                                        HitUv(object, path->hit), material, textures_);
+    AddEmission(surface, material, path);
+    if (depth == max_depth_ && !path->features_open) {
+        return false;
+    }
+    const Bsdf bsdf(material, textures_, surface.uv, surface.at, -path->direction);
+    if (path->features_open) {
+        WriteFeatures(surface, bsdf, path);
+    }
+    if (depth == max_depth_) {
+        return false;
+    }
+    if (bsdf.HasSmoothLobe() && !lights_.black()) {
+        SampleLight(surface, bsdf, depth, path);
+    }
+    return SampleDirection(surface, bsdf, depth, path);
+}
+
+void PathTracer::AddEmission(const Surface& surface, const CompiledMaterial& material,
+                             Path* path) const {
+    if (!material.IsEmissive() || !(surface.at.front || material.double_sided)) {
+        return;
+    }
+    float weight = 1;
+    const Object& object = accel_.objects()[path->hit.object];
+    if (path->pdf > 0 && object.first_light >= 0) {
+        weight = PowerHeuristic(path->pdf, lights_.AreaPdf(object, path->hit.triangle, path->hit.t,
+                                                           path->direction, path->hit.normal));
+    }
+    (path->specular_only ? path->direct : path->indirect) +=
+        path->throughput * Emission(material, textures_, surface.uv) * weight;
+}
+
+void PathTracer::WriteFeatures(const Surface& surface, const Bsdf& bsdf, Path* path) const {
+    path->length += path->hit.t;
+    const Rgb albedo = bsdf.albedo() * path->throughput * path->eta_scale;
+    const Vec3f n = surface.at.frame.z;
+    path->features = {albedo.x, albedo.y, albedo.z, n.x, n.y, n.z, path->length, 0};
+    path->features_open = bsdf.IsNearSpecular();
+    path->shadow_is_feature = !path->features_open;
+}
+
+void PathTracer::SampleLight(const Surface& surface, const Bsdf& bsdf, int depth,
+                             Path* path) const {
+    const std::uint32_t base = VertexBase(depth);
+    const float choice = lights_.single() ? 0 : path->sampler.One(base + kLightChoiceDimension);
+    const auto light =
+        lights_.Sample(surface.point, choice, path->sampler.Pair(base + kLightDimension));
+    if (!light) {
+        return;
+    }
+    const BsdfValue value = bsdf.Evaluate(light->wi);
+    if (IsBlack(value.f)) {
+        return;
+    }
+    const float weight = light->delta ? 1 : PowerHeuristic(light->pdf, value.pdf);
+    const float cosine = std::abs(Dot(surface.at.frame.z, light->wi));
+    path->shadow_radiance =
+        path->throughput * value.f * light->radiance * (cosine * weight / light->pdf);
+    if (IsBlack(path->shadow_radiance)) {
+        return;
+    }
+    path->has_shadow_ray = true;
+    Ray& ray = path->shadow_ray;
+    ray.origin = surface.Leave(light->wi);
+    if (std::isinf(light->distance)) {
+        ray.direction = light->wi;
+        ray.far = light->distance;
+    } else {
+        ray.direction = surface.point + light->wi * light->distance - ray.origin;
+        ray.far = kShadowEnd;
+    }
+    ray.seed = blends_ ? path->sampler.Bits(base + kShadowDimension) : 0;
+}
+
+bool PathTracer::SampleDirection(const Surface& surface, const Bsdf& bsdf, int depth,
+                                 Path* path) const {
+    const std::uint32_t base = VertexBase(depth);
+    const float choice = bsdf.NeedsChoice() ? path->sampler.One(base + kLobeChoiceDimension) : 0;
+    const auto next = bsdf.Sample(path->sampler.Pair(base + kDirectionDimension), choice);
+    if (!next) {
+        return false;
+    }
+    path->throughput *= next->weight;
+    path->eta_scale *= next->eta2;
+    path->pdf = next->pdf;
+    path->specular_only = path->specular_only && next->pdf == 0;
+    path->origin = surface.Leave(next->wi);
+    path->direction = next->wi;
+    if (IsBlack(path->throughput)) {
+        return false;
+    }
+    if (depth >= kFirstRoulette) {
+        const float survival = MaxComponent(path->throughput) * path->eta_scale;
+        if (survival < 1) {
+            if (ToUnit(path->sampler.Bits(base + kRouletteDimension)) >= survival) {
+                return false;
+            }
+            path->throughput *= 1 / survival;
+        }
+    }
+    return true;
+}
+
+void PathTracer::Connect(Path* path) const {
+    if (accel_.Occluded(path->shadow_ray)) {
+        return;
+    }
+    path->indirect += path->shadow_radiance;
+    if (path->shadow_is_feature) {
+        path->features[kVisibility] = 1;
+    }
+}
+
+}  // namespace relume::render

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/film/moments.h"
+#include "worker/render/accel/surface.h"
+#include "worker/render/camera/ray_camera.h"
+#include "worker/render/integrator/path.h"
+#include "worker/render/light/light_set.h"
+
+namespace relume::render {
+
+// One sample to take: a pixel of the full frame and its global sample index.
+struct SampleRequest {
+    int x = 0, y = 0;
+    std::uint32_t index = 0;
+};
+
+// Path tracing with next-event estimation: at each vertex one light is sampled and one direction,
+// weighted against each other by the power heuristic (Veach 1997); Russian roulette by throughput.
+// Paths go in waves, stage by stage, so that the memory that one path waits for arrives while the
+// others compute; they don't touch each other, so that how they are grouped does not show in any
+// bit. Immutable, thread-safe.
+class PathTracer {
+  public:
+    // Keeps references to all but `settings`.
+    PathTracer(const Accel& accel, const std::vector<CompiledMaterial>& materials,
+               const TextureSet& textures, const LightSet& lights, const RayCamera& camera,
+               const RenderSettings& settings, const Box3f& bounds);
+
+    // At most kWave requests; `paths` is scratch of as many. Returns the number of rays traced.
+    std::uint64_t Trace(std::span<const SampleRequest> requests, std::span<Path> paths,
+                        std::span<PixelSample> samples) const;
+
+    static constexpr std::size_t kWave = 64;
+
+  private:
+    void Start(const SampleRequest& request, Path* path) const;
+    // Finds the next vertex. False if the ray left the scene: the path has ended.
+    bool Extend(Path* path, int depth) const;
+    void Leave(Path* path, int depth) const;
+    // Emission, features, light, and the next direction. False if the path has ended.
+    bool Shade(Path* path, int depth) const;
+    void AddEmission(const Surface& surface, const CompiledMaterial& material, Path* path) const;
+    void WriteFeatures(const Surface& surface, const Bsdf& bsdf, Path* path) const;
+    void SampleLight(const Surface& surface, const Bsdf& bsdf, int depth, Path* path) const;
+    bool SampleDirection(const Surface& surface, const Bsdf& bsdf, int depth, Path* path) const;
+    void Connect(Path* path) const;
+
+    const Accel& accel_;
+    const std::vector<CompiledMaterial>& materials_;
+    const TextureSet& textures_;
+    const LightSet& lights_;
+    const RayCamera& camera_;
+    std::uint32_t seed_;
+    int max_depth_;
+    bool blends_ = false;           // some surface is partly transparent
+    bool last_is_any_hit_ = false;  // the last segment can only find the environment
+    Vec3f center_;                  // of the scene's bounding sphere
+    float radius_ = 0;
+};
+
+}  // namespace relume::render

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+
+#include "core/scene/scene.h"
+#include "worker/render/light/light_sample.h"
+
+namespace relume::render {
+
+// A point, spot or directional light (KHR_lights_punctual), as plain data.
+struct PunctualLight {
+    enum class Kind : std::uint8_t { kPoint, kSpot, kDirectional };
+
+    Kind kind = Kind::kPoint;
+    Vec3f position;
+    Vec3f direction;                        // that it shines along, unit length
+    Rgb strength;                           // W/sr; directional: W/m^2
+    float cone_scale = 0, cone_offset = 1;  // spot: falloff clamp(scale cos + offset, 0, 1)^2
+    float cone_solid_angle = 0;             // spot: about what it lights, sr
+
+    // All but the pdf; false if no light goes to p.
+    bool Illuminate(Vec3f p, LightSample* sample) const;
+    // Watts over the scene, for choosing.
+    double Power(float scene_radius) const;
+};
+
+// Reads a scene's light. Throws kInvalidArgument naming the light for an unknown type or parameter.
+PunctualLight CompileLight(const Light& light);
+
+}  // namespace relume::render

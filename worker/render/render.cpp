@@ -1,0 +1,172 @@
+#include "worker/render/render.h"
+
+#include <fmt/format.h>
+#include <xmmintrin.h>
+
+#include <array>
+#include <chrono>
+#include <ctime>
+
+#include "core/base/error.h"
+#include "core/film/moments.h"
+#include "worker/render/accel/accel.h"
+#include "worker/render/bsdf/registry.h"
+#include "worker/render/camera/ray_camera.h"
+#include "worker/render/integrator/path_tracer.h"
+#include "worker/render/light/light_set.h"
+#include "worker/render/texture/texture_set.h"
+
+namespace relume::render {
+namespace {
+
+// Default rounding, no traps, denormals taken for zero (they cost 100 cycles each): the same on
+// every thread, whatever the caller has set.
+class FloatingPointMode {
+  public:
+    FloatingPointMode() : saved_(_mm_getcsr()) { _mm_setcsr(0x1f80 | 0x8040); }
+    ~FloatingPointMode() { _mm_setcsr(saved_); }
+    FloatingPointMode(const FloatingPointMode&) = delete;
+    FloatingPointMode& operator=(const FloatingPointMode&) = delete;
+
+  private:
+    unsigned saved_;
+};
+
+// CPU seconds of the calling thread.
+double ThreadSeconds() {
+    timespec t{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+std::vector<CompiledMaterial> CompileMaterials(const Scene& scene) {
+    std::vector<CompiledMaterial> materials;
+    for (const Material& material : scene.materials) {
+        materials.push_back(CompileMaterial(material, scene));
+    }
+    return materials;
+}
+
+// Textures of the materials of meshes that are there.
+std::vector<bool> UsedTextures(const Scene& scene, const std::vector<CompiledMaterial>& materials) {
+    std::vector<bool> used(scene.textures.size(), false);
+    for (const Instance& instance : scene.instances) {
+        const Mesh& mesh = scene.meshes[static_cast<std::size_t>(instance.mesh)];
+        const CompiledMaterial& m = materials[static_cast<std::size_t>(mesh.material)];
+        for (const TextureId id : {m.base_color_texture, m.metallic_roughness_texture,
+                                   m.normal_texture, m.emissive_texture, m.transmission_texture}) {
+            if (id >= 0) {
+                used[static_cast<std::size_t>(id)] = true;
+            }
+        }
+    }
+    return used;
+}
+
+}  // namespace
+
+struct Renderer::Impl {
+    std::vector<CompiledMaterial> materials;
+    TextureSet textures;
+    Accel accel;
+    LightSet lights;
+    std::vector<std::string> notes;
+    RayCamera camera;
+    PathTracer tracer;
+
+    Impl(const Scene& scene, const RenderSettings& settings)
+        : materials(CompileMaterials(scene)),
+          textures(scene, UsedTextures(scene, materials)),
+          accel(scene, materials, textures),
+          lights(scene, materials, textures, &accel),
+          camera(CompileCamera(ChooseCamera(scene, settings, &notes), settings)),
+          tracer(accel, materials, textures, lights, camera, settings, scene.Bounds()) {
+        if (lights.black() && !settings.allow_black) {
+            ThrowInvalidArgument(
+                "the scene has no light: add one, give --environment MAP.hdr, or --allow-black");
+        }
+        if (lights.repaired_environment_values() > 0) {
+            notes.push_back(fmt::format(
+                "{} NaN, infinite or negative values of the environment map were replaced",
+                lights.repaired_environment_values()));
+        }
+        notes.push_back(fmt::format("{}; {:.1f} MiB of textures; {} lights", accel.Describe(),
+                                    static_cast<double>(textures.bytes()) / (1 << 20),
+                                    lights.size()));
+    }
+};
+
+Renderer::Renderer(std::shared_ptr<const Scene> scene, const RenderSettings& settings) {
+    ValidateSettings(settings);
+    CheckCpu();
+    const FloatingPointMode mode;
+    impl_ = std::make_unique<Impl>(*scene, settings);
+}
+
+Renderer::~Renderer() = default;
+
+const std::vector<std::string>& Renderer::notes() const { return impl_->notes; }
+
+TileResult Renderer::RenderTile(const TileTask& task, const CancelToken& cancel) const {
+    const FloatingPointMode mode;
+    const double start = ThreadSeconds();
+    TileResult result;
+    result.rect = task.rect;
+    const std::size_t active = task.ActivePixels();
+    result.pixels.reserve(active);
+    result.planes.resize(active * kFilmChannelCount);
+
+    std::vector<Path> paths(PathTracer::kWave);
+    std::array<SampleRequest, PathTracer::kWave> requests;
+    std::array<PixelSample, PathTracer::kWave> samples;
+    std::size_t queued = 0;
+
+    // Samples are queued pixel after pixel and added in the same order; a wave may span pixels.
+    PixelMoments moments;
+    std::size_t adding = 0;   // index in result.pixels
+    std::uint32_t added = 0;  // samples of that pixel
+    const auto flush = [&] {
+        result.rays +=
+            impl_->tracer.Trace({requests.data(), queued}, paths, {samples.data(), queued});
+        for (std::size_t i = 0; i < queued; ++i) {
+            moments.Add(requests[i].index, samples[i]);
+            if (++added == task.count[result.pixels[adding]]) {
+                moments.Store(result.planes.data() + adding, active);
+                moments = PixelMoments();
+                added = 0;
+                ++adding;
+            }
+        }
+        queued = 0;
+    };
+    for (std::size_t p = 0; p < task.count.size(); ++p) {
+        if (task.count[p] == 0) {
+            continue;
+        }
+        result.pixels.push_back(static_cast<std::uint32_t>(p));
+        const int x = task.rect.x0 + static_cast<int>(p) % task.rect.width();
+        const int y = task.rect.y0 + static_cast<int>(p) / task.rect.width();
+        for (std::uint32_t s = 0; s < task.count[p]; ++s) {
+            requests[queued++] = {x, y, task.first[p] + s};
+            if (queued == PathTracer::kWave) {
+                if (cancel.cancelled()) {
+                    return {};
+                }
+                flush();
+            }
+        }
+    }
+    flush();
+    result.seconds = ThreadSeconds() - start;
+    return result;
+}
+
+void CheckCpu() {
+    if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma")) {
+        throw Error(ErrorCode::kFailedPrecondition,
+                    "this CPU lacks AVX2 or FMA: run the worker on a machine that has them");
+    }
+    CheckEmbree();
+}
+
+}  // namespace relume::render

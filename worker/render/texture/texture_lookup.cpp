@@ -1,0 +1,126 @@
+// Texture lookups: where a uv falls, and bilinear interpolation of four texels in one SSE register.
+#include <immintrin.h>
+
+#include <array>
+#include <cmath>
+
+#include "worker/render/texture/texture_set.h"
+
+namespace relume::render {
+namespace {
+
+// Entries 0 to 255: sRGB decoded (IEC 61966-2-1); 256 to 511: n / 255 for alpha.
+const std::array<float, 512>& DecodeTable() {
+    static const std::array<float, 512> table = [] {
+        std::array<float, 512> t{};
+        for (std::size_t i = 0; i < 256; ++i) {
+            const double v = static_cast<double>(i) / 255;
+            t[i] =
+                static_cast<float>(v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4));
+            t[256 + i] = static_cast<float>(v);
+        }
+        return t;
+    }();
+    return table;
+}
+const float* const kDecode = DecodeTable().data();
+
+// The two texels on either side of a coordinate, and the weight of the second.
+struct Span {
+    int i0, i1;
+    float weight;
+};
+
+Span Locate(float t, int size, WrapMode wrap, bool nearest) {
+    switch (wrap) {
+        case WrapMode::kRepeat:
+            t -= std::floor(t);
+            break;
+        case WrapMode::kClamp:
+            t = std::min(std::max(t, 0.0f), 1.0f);
+            break;
+        case WrapMode::kMirror: {
+            t -= 2 * std::floor(0.5f * t);
+            t = t > 1 ? 2 - t : t;
+            break;
+        }
+    }
+    const float x = t * static_cast<float>(size);
+    if (nearest) {
+        const int i = std::min(static_cast<int>(x), size - 1);
+        return {i, i, 0};
+    }
+    const float low = std::floor(x - 0.5f);
+    Span span{static_cast<int>(low), static_cast<int>(low) + 1, x - 0.5f - low};
+    if (span.i0 < 0) {
+        span.i0 = wrap == WrapMode::kRepeat ? size - 1 : 0;
+    }
+    if (span.i1 >= size) {
+        span.i1 = wrap == WrapMode::kRepeat ? 0 : size - 1;
+    }
+    return span;
+}
+
+struct Footprint {
+    Span u, v;
+};
+
+Footprint Locate(const TextureView& t, Vec2f uv) {
+    if (t.transformed) {
+        uv = {t.m[0] * uv.x + t.m[1] * uv.y + t.m[2], t.m[3] * uv.x + t.m[4] * uv.y + t.m[5]};
+    }
+    return {Locate(uv.x, t.width, t.wrap_u, t.nearest),
+            Locate(uv.y, t.height, t.wrap_v, t.nearest)};
+}
+
+const std::uint8_t* Texel(const TextureView& t, int x, int y) {
+    const int block = (y >> 2) * t.blocks_per_row + (x >> 2);
+    return t.bytes + 4 * (static_cast<std::size_t>(block) * 16 +
+                          static_cast<std::size_t>((y & 3) * 4 + (x & 3)));
+}
+
+__m128 Decode(const TextureView& t, int x, int y) {
+    if (t.floats != nullptr) {
+        return _mm_load_ps(
+            &t.floats[static_cast<std::size_t>(y) * static_cast<std::size_t>(t.width) +
+                      static_cast<std::size_t>(x)]
+                 .r);
+    }
+    const __m128i codes = _mm_cvtepu8_epi32(_mm_loadu_si32(Texel(t, x, y)));
+    if (t.srgb) {
+        return _mm_i32gather_ps(kDecode, _mm_add_epi32(codes, _mm_setr_epi32(0, 0, 0, 256)), 4);
+    }
+    return _mm_mul_ps(_mm_cvtepi32_ps(codes), _mm_set1_ps(1.0f / 255));
+}
+
+__m128 Mix(__m128 a, __m128 b, float t) {
+    return _mm_add_ps(a, _mm_mul_ps(_mm_sub_ps(b, a), _mm_set1_ps(t)));
+}
+
+}  // namespace
+
+Rgba TextureSet::Lookup(TextureId id, Vec2f uv) const {
+    const TextureView& t = views_[static_cast<std::size_t>(id)];
+    const Footprint f = Locate(t, uv);
+    Rgba out;
+    if (t.nearest) {
+        _mm_store_ps(&out.r, Decode(t, f.u.i0, f.v.i0));
+        return out;
+    }
+    const __m128 upper = Mix(Decode(t, f.u.i0, f.v.i0), Decode(t, f.u.i1, f.v.i0), f.u.weight);
+    const __m128 lower = Mix(Decode(t, f.u.i0, f.v.i1), Decode(t, f.u.i1, f.v.i1), f.u.weight);
+    _mm_store_ps(&out.r, Mix(upper, lower, f.v.weight));
+    return out;
+}
+
+void TextureSet::Prefetch(TextureId id, Vec2f uv) const {
+    const TextureView& t = views_[static_cast<std::size_t>(id)];
+    if (t.bytes == nullptr) {
+        return;
+    }
+    const Footprint f = Locate(t, uv);
+    _mm_prefetch(reinterpret_cast<const char*>(Texel(t, f.u.i0, f.v.i0)), _MM_HINT_T0);
+    _mm_prefetch(reinterpret_cast<const char*>(Texel(t, f.u.i1, f.v.i1)), _MM_HINT_T0);
+}
+
+}  // namespace relume::render
