@@ -2,6 +2,7 @@
 // the images.
 #include <fmt/format.h>
 #include <grpc/support/log.h>
+#include <malloc.h>
 #include <sys/prctl.h>
 #include <unistd.h>
 
@@ -71,6 +72,10 @@ int main(int argc, char** argv) {
         prctl(PR_SET_PDEATHSIG, SIGTERM);
     }
     std::signal(SIGPIPE, SIG_IGN);
+    // Buffers of a few hundred KB come and go with each lease: they are kept, not given back to the
+    // kernel and cleared by it again.
+    mallopt(M_MMAP_THRESHOLD, 32 << 20);
+    mallopt(M_TRIM_THRESHOLD, 128 << 20);
     try {
         relume::InitLogging("relume-server", log_level, log_json);
         // What gRPC has to say is for its developers; what goes wrong is said by us.

@@ -1,5 +1,7 @@
 // relume-worker: renders leases for a server until it is told to stop.
 #include <fmt/format.h>
+#include <grpc/support/log.h>
+#include <malloc.h>
 #include <sys/prctl.h>
 #include <unistd.h>
 
@@ -8,6 +10,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
+#include <memory>
 #include <mutex>
 #include <thread>
 
@@ -15,10 +18,13 @@
 #include "core/base/log.h"
 #include "core/base/parallel.h"
 #include "core/base/signals.h"
+#include "proto/codec/protocol.h"
 #include "worker/loop/worker.h"
 #include "worker/render/render.h"
 
 namespace {
+
+constexpr int kBuildThreads = 4;
 
 std::string HostAndPid() {
     char host[256] = "worker";
@@ -65,22 +71,26 @@ int main(int argc, char** argv) {
         ->capture_default_str();
     app.add_flag("--log-json", log_json, "log lines as JSON objects");
     app.add_flag("--with-parent", with_parent, "die with the process that started this one");
-    CLI11_PARSE(app, argc, argv);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        return app.exit(error) == 0 ? 0 : 2;
+    }
 
     if (with_parent) {
         prctl(PR_SET_PDEATHSIG, SIGKILL);
     }
     std::signal(SIGPIPE, SIG_IGN);
+    // Buffers of a few hundred KB come and go with each lease: they are kept, not given back to the
+    // kernel and cleared by it again.
+    mallopt(M_MMAP_THRESHOLD, 32 << 20);
+    mallopt(M_TRIM_THRESHOLD, 128 << 20);
     try {
         relume::InitLogging("relume-worker", log_level, log_json);
-        relume::render::CheckCpu();
-        options.isa = relume::render::kIsa;
-        options.cache_folder = cache;
-        if (options.threads == 0) {
-            options.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-        }
-        relume::SetThreadCount(options.threads);
-
+        // What gRPC has to say is for its developers; what goes wrong is said by us.
+        gpr_set_log_function(
+            [](gpr_log_func_args* args) { spdlog::debug("gRPC: {}", args->message); });
+        // Before any thread starts: all inherit that the signals are blocked.
         std::mutex mutex;
         relume::worker::Worker* running = nullptr;  // guarded by mutex
         bool stopped = false;                       // likewise
@@ -91,7 +101,21 @@ int main(int argc, char** argv) {
                 running->Stop();
             }
         });
+
+        if (options.threads == 0) {
+            options.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+        }
+        // Scenes are built by several tasks; TBB warns of limits below that.
+        relume::SetThreadCount(std::max(options.threads, kBuildThreads));
+        relume::render::CheckCpu();
+        options.isa = relume::render::kIsa;
+        options.cache_folder = cache;
         relume::worker::Worker worker(options, relume::worker::MakeSceneLoader());
+        // However this ends, a further signal finds no dying worker.
+        const std::shared_ptr<void> unregister(nullptr, [&](void*) {
+            const std::lock_guard lock(mutex);
+            running = nullptr;
+        });
         {
             const std::lock_guard lock(mutex);
             running = &worker;
@@ -101,10 +125,6 @@ int main(int argc, char** argv) {
         }
         worker.Run();
         spdlog::info("done");
-        {
-            const std::lock_guard lock(mutex);
-            running = nullptr;
-        }
         if (worker.loading()) {
             // A scene half loaded can't be interrupted, and nothing depends on how it ends.
             std::_Exit(0);

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <fstream>
 #include <random>
+#include <utility>
 
 #include "client/lib/job_names.h"
 #include "core/base/error.h"
@@ -17,6 +18,7 @@
 namespace relume::client {
 namespace {
 
+constexpr int kConnectMilliseconds = 4000;
 constexpr double kUnarySeconds = 20;
 constexpr double kChunkSeconds = 600;  // one blob, one result
 
@@ -57,7 +59,8 @@ Client::Client(const std::string& server) : server_(server) {
     arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
     arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
     arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
-    arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 100);
+    // Also the time that an attempt to connect may take.
+    arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kConnectMilliseconds);
     arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 2'000);
     channel_ = grpc::CreateCustomChannel(server, grpc::InsecureChannelCredentials(), arguments);
     jobs_ = v1::JobService::NewStub(channel_);
@@ -80,19 +83,49 @@ void Client::Throw(const grpc::Status& status) const {
     throw codec::FromStatus(status, server_);
 }
 
-void Client::WaitToRetry(const grpc::Status& status, double* waited, double* backoff) {
-    if (interrupted_ || status.error_code() != grpc::StatusCode::UNAVAILABLE ||
-        *waited >= kPatienceSeconds) {
+void Client::Require(const grpc::Status& status) {
+    if (!status.ok()) {
         Throw(status);
     }
-    static thread_local std::mt19937 random(std::random_device{}());
-    const double seconds = *backoff * std::uniform_real_distribution<>(0.5, 1.5)(random);
-    std::unique_lock lock(mutex_);
-    interrupt_.wait_for(lock, std::chrono::duration<double>(seconds),
-                        [&] { return interrupted_.load(); });
-    *waited += seconds;
-    *backoff = std::min(2 * *backoff, 2.0);
+    reached_ = true;
 }
+
+// How long and how often a call that the server may not have got is tried again.
+class Client::Retry {
+  public:
+    explicit Retry(Client* client) : client_(client) {}
+
+    // The call gets on: patience starts anew.
+    void Progress() {
+        client_->reached_ = true;
+        since_ = std::chrono::steady_clock::now();
+        backoff_ = kFirstBackoff;
+    }
+
+    // Waits before the next attempt of a call that failed with `status`; throws if it is not worth
+    // one.
+    void Wait(const grpc::Status& status) {
+        using Seconds = std::chrono::duration<double>;
+        const double patience = client_->reached_ ? kPatienceSeconds : kFirstContactSeconds;
+        if (client_->interrupted_ || status.error_code() != grpc::StatusCode::UNAVAILABLE ||
+            Seconds(std::chrono::steady_clock::now() - since_).count() >= patience) {
+            client_->Throw(status);
+        }
+        static thread_local std::mt19937 random(std::random_device{}());
+        const double seconds = backoff_ * std::uniform_real_distribution<>(0.5, 1.5)(random);
+        std::unique_lock lock(client_->mutex_);
+        client_->interrupt_.wait_for(lock, Seconds(seconds),
+                                     [&] { return client_->interrupted_.load(); });
+        backoff_ = std::min(2 * backoff_, 2.0);
+    }
+
+  private:
+    static constexpr double kFirstBackoff = 0.1;  // seconds
+
+    Client* client_;
+    std::chrono::steady_clock::time_point since_ = std::chrono::steady_clock::now();
+    double backoff_ = kFirstBackoff;
+};
 
 void Client::UploadScene(const LocalScene& scene,
                          const std::function<void(std::uint64_t, std::uint64_t)>& progress) {
@@ -107,10 +140,7 @@ void Client::UploadScene(const LocalScene& scene,
     v1::FindMissingBlobsResponse missing;
     {
         CallContext context(this, kUnarySeconds);
-        const auto status = blobs_->FindMissingBlobs(context.get(), request, &missing);
-        if (!status.ok()) {
-            Throw(status);
-        }
+        Require(blobs_->FindMissingBlobs(context.get(), request, &missing));
     }
     std::uint64_t due = 0, done = 0;
     for (const auto& blob : missing.missing()) {
@@ -127,8 +157,9 @@ void Client::UploadScene(const LocalScene& scene,
 void Client::UploadBlob(const std::string& sha256, std::uint64_t size, std::uint64_t offset,
                         const std::string& path,
                         const std::function<void(std::uint64_t)>& progress) {
-    double waited = 0, backoff = 0.1;
+    Retry retry(this);
     const std::uint64_t start = offset;
+    std::uint64_t kept = offset;  // bytes that the server is known to have
     for (;;) {
         std::ifstream in(path, std::ios::binary);
         in.seekg(static_cast<std::streamoff>(offset));
@@ -163,7 +194,7 @@ void Client::UploadBlob(const std::string& sha256, std::uint64_t size, std::uint
         if (status.ok()) {
             return;
         }
-        WaitToRetry(status, &waited, &backoff);
+        retry.Wait(status);
 
         // Where the server wants us to go on.
         v1::FindMissingBlobsRequest request;
@@ -177,6 +208,9 @@ void Client::UploadBlob(const std::string& sha256, std::uint64_t size, std::uint
             return;
         }
         offset = missing.missing(0).offset();
+        if (offset > std::exchange(kept, offset)) {
+            retry.Progress();
+        }
     }
 }
 
@@ -187,24 +221,26 @@ void Client::Validate(const v1::JobSpec& spec) {
     CallContext context(this, kUnarySeconds);
     v1::CreateJobResponse response;
     const auto status = jobs_->CreateJob(context.get(), request, &response);
-    if (!status.ok() && status.error_code() != grpc::StatusCode::FAILED_PRECONDITION &&
+    if (status.error_code() != grpc::StatusCode::FAILED_PRECONDITION &&
         status.error_code() != grpc::StatusCode::NOT_FOUND) {
-        Throw(status);
+        Require(status);
     }
+    reached_ = true;
 }
 
 v1::Job Client::Create(const v1::JobSpec& spec) {
     v1::CreateJobRequest request;
     request.set_request_id(MakeRequestId());
     *request.mutable_spec() = spec;
-    for (double waited = 0, backoff = 0.1;;) {
+    for (Retry retry(this);;) {
         CallContext context(this, kUnarySeconds);
         v1::CreateJobResponse response;
         const auto status = jobs_->CreateJob(context.get(), request, &response);
         if (status.ok()) {
+            reached_ = true;
             return response.job();
         }
-        WaitToRetry(status, &waited, &backoff);
+        retry.Wait(status);
     }
 }
 
@@ -213,10 +249,7 @@ v1::Job Client::Get(const std::string& name) {
     request.set_name(JobName(name));
     v1::GetJobResponse response;
     CallContext context(this, kUnarySeconds);
-    const auto status = jobs_->GetJob(context.get(), request, &response);
-    if (!status.ok()) {
-        Throw(status);
-    }
+    Require(jobs_->GetJob(context.get(), request, &response));
     return response.job();
 }
 
@@ -225,10 +258,7 @@ v1::Job Client::Cancel(const std::string& name) {
     request.set_name(JobName(name));
     v1::CancelJobResponse response;
     CallContext context(this, kUnarySeconds);
-    const auto status = jobs_->CancelJob(context.get(), request, &response);
-    if (!status.ok()) {
-        Throw(status);
-    }
+    Require(jobs_->CancelJob(context.get(), request, &response));
     return response.job();
 }
 
@@ -239,10 +269,7 @@ std::vector<v1::Job> Client::List(std::size_t limit) {
         request.set_page_size(static_cast<int>(std::min<std::size_t>(limit - jobs.size(), 1000)));
         v1::ListJobsResponse response;
         CallContext context(this, kUnarySeconds);
-        const auto status = jobs_->ListJobs(context.get(), request, &response);
-        if (!status.ok()) {
-            Throw(status);
-        }
+        Require(jobs_->ListJobs(context.get(), request, &response));
         jobs.insert(jobs.end(), response.jobs().begin(), response.jobs().end());
         request.set_page_token(response.next_page_token());
     } while (!request.page_token().empty() && jobs.size() < limit);
@@ -252,10 +279,7 @@ std::vector<v1::Job> Client::List(std::size_t limit) {
 std::vector<v1::Worker> Client::Workers() {
     v1::ListWorkersResponse response;
     CallContext context(this, kUnarySeconds);
-    const auto status = jobs_->ListWorkers(context.get(), v1::ListWorkersRequest(), &response);
-    if (!status.ok()) {
-        Throw(status);
-    }
+    Require(jobs_->ListWorkers(context.get(), v1::ListWorkersRequest(), &response));
     return {response.workers().begin(), response.workers().end()};
 }
 
@@ -264,13 +288,12 @@ v1::Job Client::Watch(const std::string& name,
     v1::WatchJobRequest request;
     request.set_name(JobName(name));
     v1::Job job;
-    for (double waited = 0, backoff = 0.1;;) {
+    for (Retry retry(this);;) {
         CallContext context(this, 0);
         const auto reader = jobs_->WatchJob(context.get(), request);
         v1::WatchJobResponse response;
         while (reader->Read(&response)) {
-            waited = 0;
-            backoff = 0.1;
+            retry.Progress();
             request.set_from_event(response.event() + 1);
             job = response.job();
             on_event(job);
@@ -279,10 +302,9 @@ v1::Job Client::Watch(const std::string& name,
         if (IsOver(job.state())) {
             return job;
         }
-        WaitToRetry(status.ok() ? grpc::Status(grpc::StatusCode::UNAVAILABLE,
-                                               "the server closed the stream")
-                                : status,
-                    &waited, &backoff);
+        retry.Wait(status.ok()
+                       ? grpc::Status(grpc::StatusCode::UNAVAILABLE, "the server closed the stream")
+                       : status);
     }
 }
 
@@ -290,7 +312,7 @@ void Client::Fetch(const std::string& name, OutputFile* file) {
     v1::FetchResultRequest request;
     request.set_name(JobName(name));
     Sha256 sha;
-    for (double waited = 0, backoff = 0.1;;) {
+    for (Retry retry(this);;) {
         request.set_offset(file->size());
         CallContext context(this, kChunkSeconds);
         const auto reader = jobs_->FetchResult(context.get(), request);
@@ -308,7 +330,7 @@ void Client::Fetch(const std::string& name, OutputFile* file) {
                 file->Append(chunk.data());
                 size = chunk.size();
                 sha256 = chunk.sha256();
-                waited = 0;
+                retry.Progress();
             }
         } catch (...) {
             context.get()->TryCancel();
@@ -325,10 +347,8 @@ void Client::Fetch(const std::string& name, OutputFile* file) {
             }
             return;
         }
-        WaitToRetry(status.ok()
-                        ? grpc::Status(grpc::StatusCode::UNAVAILABLE, "the result broke off")
-                        : status,
-                    &waited, &backoff);
+        retry.Wait(status.ok() ? grpc::Status(grpc::StatusCode::UNAVAILABLE, "the result broke off")
+                               : status);
     }
 }
 

@@ -44,8 +44,8 @@ class Client {
     std::vector<v1::Worker> Workers();
 
     // Calls `on_event` for each event until the job is over; answers with the job. A broken
-    // connection is taken up again at the next event; a server that stays away for kPatienceSeconds
-    // is an error.
+    // connection is taken up again at the next event; a server that stays away for
+    // kPatienceSeconds is an error.
     v1::Job Watch(const std::string& name, const std::function<void(const v1::Job&)>& on_event);
 
     // Appends the job's result to `file`, going on where a broken connection left off; checks its
@@ -59,13 +59,15 @@ class Client {
     const std::string& server() const { return server_; }
 
     static constexpr double kPatienceSeconds = 30;
+    // For a server that has not answered once: the address is wrong, or nothing runs there.
+    static constexpr double kFirstContactSeconds = 4;
 
   private:
     class CallContext;
+    class Retry;
     [[noreturn]] void Throw(const grpc::Status& status) const;
-    // Waits before the next attempt of a call that failed with `status`; throws if it is not worth
-    // one.
-    void WaitToRetry(const grpc::Status& status, double* waited, double* backoff);
+    // Throws unless the call went well.
+    void Require(const grpc::Status& status);
     void UploadBlob(const std::string& sha256, std::uint64_t size, std::uint64_t offset,
                     const std::string& path, const std::function<void(std::uint64_t)>& progress);
 
@@ -74,6 +76,7 @@ class Client {
     std::unique_ptr<v1::JobService::Stub> jobs_;
     std::unique_ptr<v1::BlobService::Stub> blobs_;
 
+    bool reached_ = false;  // the server has answered
     std::atomic<bool> interrupted_{false};
     std::mutex mutex_;                        // guards all below
     grpc::ClientContext* current_ = nullptr;  // of the call under way

@@ -23,6 +23,34 @@ namespace {
                                   path.string(), std::strerror(error)));
 }
 
+// 0, or the errno of what failed.
+int WriteAll(int fd, std::string_view bytes) {
+    while (!bytes.empty()) {
+        const ssize_t n = write(fd, bytes.data(), bytes.size());
+        if (n > 0) {
+            bytes.remove_prefix(static_cast<std::size_t>(n));
+        } else if (n < 0 && errno != EINTR) {
+            return errno;
+        }
+    }
+    return 0;
+}
+
+// A device or pipe (/dev/stdout, /dev/null) is written to, never replaced by a file.
+void WriteToDevice(const std::filesystem::path& path, std::string_view bytes) {
+    const int fd = open(path.c_str(), O_WRONLY | O_CLOEXEC);
+    if (fd < 0) {
+        ThrowWriteError(path, errno);
+    }
+    int error = WriteAll(fd, bytes);
+    if (close(fd) != 0 && error == 0) {
+        error = errno;
+    }
+    if (error != 0) {
+        ThrowWriteError(path, error);
+    }
+}
+
 }  // namespace
 
 std::string ReadFile(const std::filesystem::path& path) {
@@ -37,27 +65,29 @@ std::string ReadFile(const std::filesystem::path& path) {
     }
     std::ostringstream bytes;
     bytes << in.rdbuf();
-    if (in.bad()) {
-        throw Error(ErrorCode::kDataLoss, path.string() + ": reading failed");
+    // A failed read shows as bad() of the sink; an empty file only as its fail().
+    if (in.bad() || bytes.bad()) {
+        throw Error(ErrorCode::kDataLoss, path.string() + ": reading failed; check the disk");
     }
     return std::move(bytes).str();
 }
 
-void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes) {
+void WriteFileAtomically(const std::filesystem::path& link, std::string_view bytes) {
+    // What a link leads to is replaced, the link stays.
+    std::error_code dangling, ignored;
+    const auto target = std::filesystem::canonical(link, dangling);
+    const auto& path = dangling ? link : target;
+    const auto status = std::filesystem::status(path, ignored);
+    if (std::filesystem::is_other(status)) {
+        WriteToDevice(path, bytes);
+        return;
+    }
     std::string name = path.string() + ".XXXXXX";
     const int fd = mkostemp(name.data(), O_CLOEXEC);
     if (fd < 0) {
         ThrowWriteError(path, errno);
     }
-    int error = 0;
-    for (std::size_t done = 0; done < bytes.size() && error == 0;) {
-        const ssize_t n = write(fd, bytes.data() + done, bytes.size() - done);
-        if (n > 0) {
-            done += static_cast<std::size_t>(n);
-        } else if (n < 0 && errno != EINTR) {
-            error = errno;
-        }
-    }
+    int error = WriteAll(fd, bytes);
     if (error == 0 && (fchmod(fd, 0644) != 0 || fsync(fd) != 0)) {
         error = errno;
     }

@@ -10,8 +10,9 @@ namespace relume {
 std::string ReadFile(const std::filesystem::path& path);
 
 // Writes to a temporary name in the same folder, syncs and renames: readers see the old file or the
-// whole new one. Throws kResourceExhausted (disk full) or kFailedPrecondition, naming path and
-// reason; nothing is left behind then.
+// whole new one. Links are followed; a device or pipe is written to directly. Throws
+// kResourceExhausted (disk full) or kFailedPrecondition, naming path and reason; nothing is left
+// behind then.
 void WriteFileAtomically(const std::filesystem::path& path, std::string_view bytes);
 
 // A fresh, empty folder that is removed with all that is in it when the object dies.

@@ -12,7 +12,7 @@
 namespace relume {
 namespace {
 
-[[noreturn]] void ThrowKind(const std::string& name, const char* wanted) {
+[[noreturn]] void ThrowKind(const std::string& name, const std::string& wanted) {
     ThrowInvalidArgument(fmt::format("parameter '{}' must be {}", name, wanted));
 }
 
@@ -97,7 +97,8 @@ std::vector<float> ParamSet::GetFloats(const std::string& name,
         f != nullptr && (otherwise.empty() || f->size() == otherwise.size())) {
         return *f;
     }
-    ThrowKind(name, fmt::format("{} numbers", otherwise.size()).c_str());
+    ThrowKind(name, otherwise.empty() ? std::string("a list of numbers")
+                                      : fmt::format("{} numbers", otherwise.size()));
 }
 
 std::string ParamSet::GetChoice(const std::string& name, const std::string& otherwise,

@@ -21,6 +21,9 @@ SignalWatcher::SignalWatcher(std::function<void(int)> on_signal)
     pthread_sigmask(SIG_BLOCK, &signals, nullptr);
     const int fd = signalfd(-1, &signals, SFD_CLOEXEC);
     if (fd < 0 || pipe2(stop_pipe_, O_CLOEXEC) != 0) {
+        if (fd >= 0) {
+            close(fd);
+        }
         throw Error(ErrorCode::kInternal, "can't watch for signals: too many open files");
     }
     thread_ = std::thread([this, fd] {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace relume {
 
@@ -94,6 +95,10 @@ void PixelMoments::Store(float* data, std::size_t stride) const {
     const auto put = [&](std::size_t channel, double value) {
         data[channel * stride] = static_cast<float>(value);
     };
+    // The square of a finite radiance may be larger than any float.
+    const auto put_m2 = [&](std::size_t channel, double value) {
+        put(channel, std::min<double>(value, std::numeric_limits<float>::max()));
+    };
     put(kCountA, color_[0][0].n);
     put(kCountB, color_[1][0].n);
     put(kBadCount, bad_);
@@ -101,13 +106,13 @@ void PixelMoments::Store(float* data, std::size_t stride) const {
     for (std::size_t c = 0; c < 3; ++c) {
         put(kMeanA + c, color_[0][c].mean);
         put(kMeanB + c, color_[1][c].mean);
-        put(kM2A + c, color_[0][c].m2);
-        put(kM2B + c, color_[1][c].m2);
+        put_m2(kM2A + c, color_[0][c].m2);
+        put_m2(kM2B + c, color_[1][c].m2);
     }
     for (std::size_t f = 0; f < kFeatureCount; ++f) {
         put(kFeatureMeanA + f, feature_mean_[0][f]);
         put(kFeatureMeanB + f, feature_mean_[1][f]);
-        put(kFeatureM2 + f, feature_[f].m2);
+        put_m2(kFeatureM2 + f, feature_[f].m2);
     }
 }
 

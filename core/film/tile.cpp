@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "core/base/check.h"
+
 namespace relume {
 
 std::uint64_t TileTask::TotalSamples() const {
@@ -15,6 +17,7 @@ std::size_t TileTask::ActivePixels() const {
 }
 
 std::vector<TileRect> CutIntoTiles(const TileRect& window, int size) {
+    RELUME_CHECK(size > 0);
     std::vector<TileRect> tiles;
     for (int y = window.y0; y < window.y1; y += size) {
         for (int x = window.x0; x < window.x1; x += size) {

@@ -1,11 +1,15 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace relume {
+
+// Readers refuse pictures with more pixels than this before they allocate anything.
+inline constexpr std::int64_t kMaxReadPixels = std::int64_t{1} << 28;
 
 // Pixels as float32 planes with names ("R", "albedo.R", "Z"), linear Rec. 709 for colours.
 // The planes cover the data window: `width` x `height` pixels whose top-left one is (x0, y0) of a

@@ -19,7 +19,8 @@ struct ImageError {
     double psnr = 0;          // dB, on the clamped sRGB-encoded RGB, peak 1
     double flip = 0;          // mean LDR-FLIP (Andersson et al. 2020) at 67 pixels per degree
     double energy = 0;        // mean(test) / mean(reference)
-    std::int64_t bad = 0;     // pixels with a NaN or infinity in either image, scored as black
+    // Pixels with a NaN or infinity, scored as black; one that is bad in both images counts twice.
+    std::int64_t bad = 0;
 };
 
 // Compares channels layer.R, layer.G, layer.B ("" for R, G, B) of the data windows. Throws

@@ -7,6 +7,7 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/scene/formats.h"
@@ -27,7 +28,8 @@ class Notes {
 };
 
 // A parsed file. tinygltf gets the JSON without buffers and images, so that it never touches a
-// file; those two are read here, by name, from a FileSource.
+// file; those two are read here, by name, from a FileSource. It gets no animations and skins
+// either, since nothing is done with them.
 struct Document {
     struct Buffer {
         std::string uri;  // empty: the binary chunk of a .glb
@@ -43,6 +45,7 @@ struct Document {
     std::vector<Buffer> buffers;
     std::vector<Image> images;
     std::string binary_chunk;
+    bool has_animations = false, has_skins = false;
 
     // "a.gltf: material 3 'bricks'"
     SourceLocation Place(const char* kind, std::size_t index, const std::string& item_name) const;
@@ -56,10 +59,14 @@ Document ParseDocument(const FileSource& files, const std::string& name);
 template <class T>
 const T& At(const std::vector<T>& items, int index, const SourceLocation& place, const char* what);
 
-// A document with its buffers: reads accessors, with every bound checked. Thread-safe.
+// Extensions whose meaning, or at least harmlessness, is known here.
+bool IsKnownExtension(const std::string& name);
+
+// A document with its buffers: reads accessors, with every bound checked. Thread-safe. Embedded
+// buffers are moved out of the document, which must outlive it.
 class Data {
   public:
-    Data(const Document& document, const FileSource& files);
+    Data(Document* document, const FileSource& files);
 
     // `components` floats an element; integers are converted, and scaled if normalised
     // (section 3.6.2.2).

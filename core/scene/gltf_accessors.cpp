@@ -1,7 +1,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <type_traits>
+#include <limits>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/scene/gltf.h"
@@ -49,12 +50,11 @@ struct Data::Elements {
 
     template <class T>
     void AppendFloats(int components, bool normalized, std::vector<float>* out) const {
-        const float scale =
-            normalized ? 1.0f / static_cast<float>(std::numeric_limits<T>::max()) : 1.0f;
+        const float one = normalized ? static_cast<float>(std::numeric_limits<T>::max()) : 1.0f;
         for (std::size_t i = 0; i < count; ++i) {
             for (int c = 0; c < components; ++c) {
                 const float value = static_cast<float>(Get<T>(i, c));
-                out->push_back(normalized ? std::max(value * scale, -1.0f) : value);
+                out->push_back(normalized ? std::max(value / one, -1.0f) : value);
             }
         }
     }
@@ -116,17 +116,17 @@ struct Data::Elements {
     }
 };
 
-Data::Data(const Document& document, const FileSource& files) : document_(document) {
-    for (std::size_t i = 0; i < document.buffers.size(); ++i) {
-        const Document::Buffer& buffer = document.buffers[i];
-        const SourceLocation place = document.Place("buffer", i, "");
+Data::Data(Document* document, const FileSource& files) : document_(*document) {
+    for (std::size_t i = 0; i < document->buffers.size(); ++i) {
+        Document::Buffer& buffer = document->buffers[i];
+        const SourceLocation place = document->Place("buffer", i, "");
         std::string file = "the binary chunk";
         std::string bytes;
         if (buffer.uri.empty()) {
-            bytes = document.binary_chunk;
+            bytes = std::exchange(document->binary_chunk, std::string());
         } else if (IsDataUri(buffer.uri)) {
             file = "its data URI";
-            bytes = DecodeDataUri(buffer.uri, place);
+            bytes = DecodeDataUri(std::exchange(buffer.uri, std::string()), place);
         } else {
             file = UriToName(buffer.uri, place);
             try {

@@ -31,7 +31,7 @@ std::uint32_t Little32(const std::string& bytes, std::size_t at) {
 
 // Splits a .glb (section 4.4): a header of magic, version and length, then chunks of length, type
 // and data: JSON first, binary second.
-std::string SplitBinary(const std::string& bytes, Document* document) {
+std::string SplitBinary(std::string bytes, Document* document) {
     const auto truncated = [&](std::size_t wanted) {
         throw Error(ErrorCode::kDataLoss,
                     fmt::format("{}: truncated: has {} bytes, needs {}; restore the file",
@@ -50,6 +50,7 @@ std::string SplitBinary(const std::string& bytes, Document* document) {
         truncated(length);
     }
     std::string text;
+    std::size_t binary_at = bytes.size(), binary_size = 0;
     std::size_t chunk = 0;
     for (std::size_t at = 12; at + 8 <= length; ++chunk) {
         const std::size_t size = Little32(bytes, at);
@@ -67,10 +68,14 @@ std::string SplitBinary(const std::string& bytes, Document* document) {
             }
             text = bytes.substr(at + 8, size);
         } else if (chunk == 1 && type == std::string("BIN\0", 4)) {
-            document->binary_chunk = bytes.substr(at + 8, size);
+            binary_at = at + 8;
+            binary_size = size;
         }
         at += 8 + size;
     }
+    bytes.erase(0, binary_at);
+    bytes.resize(binary_size);
+    document->binary_chunk = std::move(bytes);
     return text;
 }
 
@@ -110,19 +115,27 @@ json ParseJson(const std::string& text, const std::string& name) {
     return root;
 }
 
-// Takes what this loader reads itself out of `root`.
-void TakeBuffersAndImages(json* root, Document* document) {
-    for (const json& entry : root->value("buffers", json::array())) {
+// The string at `key`, "" if there is none; moved, since it may be a long data URI.
+std::string TakeString(json* entry, const char* key) {
+    const auto it = entry->find(key);
+    return it == entry->end() ? std::string() : std::move(it->get_ref<std::string&>());
+}
+
+// Takes what this loader reads itself, or not at all, out of `root`.
+void TakeParts(json* root, Document* document) {
+    for (json& entry : (*root)["buffers"]) {
         document->buffers.push_back(
-            {entry.value("uri", std::string()), entry.at("byteLength").get<std::uint64_t>()});
+            {TakeString(&entry, "uri"), entry.at("byteLength").get<std::uint64_t>()});
     }
-    for (const json& entry : root->value("images", json::array())) {
-        document->images.push_back({entry.value("name", std::string()),
-                                    entry.value("uri", std::string()),
-                                    entry.value("bufferView", -1)});
+    for (json& entry : (*root)["images"]) {
+        document->images.push_back(
+            {TakeString(&entry, "name"), TakeString(&entry, "uri"), entry.value("bufferView", -1)});
     }
-    root->erase("buffers");
-    root->erase("images");
+    document->has_animations = root->contains("animations");
+    document->has_skins = root->contains("skins");
+    for (const char* part : {"buffers", "images", "animations", "skins"}) {
+        root->erase(part);
+    }
 }
 
 void CheckVersion(const json& root, const std::string& name) {
@@ -143,6 +156,8 @@ void CheckVersion(const json& root, const std::string& name) {
     ThrowInvalidArgument(fmt::format("{}: {}", place, problem));
 }
 
+bool IsKnownExtension(const std::string& name) { return kKnownExtensions.count(name) != 0; }
+
 void Notes::Add(const std::string& note) {
     if (std::find(notes_.begin(), notes_.end(), note) == notes_.end()) {
         notes_.push_back(note);
@@ -158,19 +173,25 @@ SourceLocation Document::Place(const char* kind, std::size_t index,
 Document ParseDocument(const FileSource& files, const std::string& name) {
     Document document;
     document.name = name;
-    const std::string bytes = files.Read(name);
-    json root =
-        ParseJson(bytes.substr(0, 4) == "glTF" ? SplitBinary(bytes, &document) : bytes, name);
+    std::string text = files.Read(name);
+    if (text.substr(0, 4) == "glTF") {
+        text = SplitBinary(std::move(text), &document);
+    }
+    json root = ParseJson(text, name);
 
     // Both libraries throw what they please when a value is of the wrong type.
     std::string problem, warning;
     try {
         CheckVersion(root, name);
-        TakeBuffersAndImages(&root, &document);
-        const std::string text = root.dump();
+        TakeParts(&root, &document);
+        text = root.dump();
+        root = json();
         tinygltf::TinyGLTF parser;
-        if (!parser.LoadASCIIFromString(&document.model, &problem, &warning, text.c_str(),
-                                        static_cast<unsigned int>(text.size()), "")) {
+        const bool parsed =
+            parser.LoadASCIIFromString(&document.model, &problem, &warning, text.c_str(),
+                                       static_cast<unsigned int>(text.size()), "");
+        // The library drops some malformed elements, with a message alone.
+        if (!parsed || !problem.empty()) {
             Fail(name, fmt::format("malformed glTF: {}; export the scene again",
                                    Readable(std::runtime_error(problem))));
         }
@@ -180,7 +201,7 @@ Document ParseDocument(const FileSource& files, const std::string& name) {
         Fail(name, fmt::format("malformed glTF: {}; export the scene again", Readable(error)));
     }
     for (const std::string& extension : document.model.extensionsRequired) {
-        if (kKnownExtensions.count(extension) == 0) {
+        if (!IsKnownExtension(extension)) {
             Fail(name,
                  fmt::format(
                      "needs the extension {}, which is not known; export the scene without it",

@@ -62,10 +62,12 @@ ImageSize Size(std::uint32_t width, std::uint32_t height) {
 // PNG, section 5: a signature, then chunks of length, type, data and CRC; IHDR first, IEND last.
 ImageSize PngSize(std::string_view bytes, const std::string& name) {
     const Reader reader(bytes, name);
-    for (std::size_t at = 8; bytes.substr(at + 4, 4) != "IEND";) {
-        at += std::size_t{12} + reader.Big32(at);
+    for (std::size_t at = 8;; at += std::size_t{12} + reader.Big32(at)) {
         if (at + 12 > bytes.size()) {
             ThrowTruncated(name);
+        }
+        if (bytes.substr(at + 4, 4) == "IEND") {
+            break;
         }
     }
     return Size(reader.Big32(16), reader.Big32(20));

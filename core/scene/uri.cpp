@@ -73,6 +73,13 @@ std::string Base64Decode(std::string_view text, const SourceLocation& place) {
     return out;
 }
 
+// For messages, which are one line and end at a NUL.
+std::string Printable(std::string text) {
+    std::replace_if(
+        text.begin(), text.end(), [](unsigned char c) { return c < ' '; }, '?');
+    return text;
+}
+
 bool HasScheme(std::string_view uri) {
     const auto end = uri.find_first_of(":/?#");
     return end != std::string_view::npos && end > 0 && uri[end] == ':' &&
@@ -101,7 +108,7 @@ std::string UriToName(std::string_view uri, const SourceLocation& place) {
             fmt::format("{}: '{}' is not a file of the scene; put the file into the scene's folder "
                         "and refer to it "
                         "by a relative path",
-                        place, uri));
+                        place, Printable(std::string(uri))));
     }
     const std::string path = PercentDecode(uri);
     std::vector<std::string> parts;
@@ -124,7 +131,7 @@ std::string UriToName(std::string_view uri, const SourceLocation& place) {
         ThrowInvalidArgument(
             fmt::format("{}: the path '{}' must be relative, with forward slashes, and stay below "
                         "the scene's folder",
-                        place, path));
+                        place, Printable(path)));
     }
     return name;
 }

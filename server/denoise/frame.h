@@ -19,7 +19,7 @@ struct Frame {
     Plane variance[3];  // variance of that mean (regularised where halves are there: methods 1.2)
     Plane sample_variance[3];               // of the mean, from the samples' own variance alone
     Plane half[2][3];                       // means of the halves; empty if the source has none
-    Plane count;                            // finite samples
+    Plane count;                            // finite samples; empty if not known
     Plane feature[kFeatureCount];           // means; empty if the source lacks the feature
     Plane feature_variance[kFeatureCount];  // of one sample; empty or as feature
     Plane feature_half[2][kFeatureCount];   // means of the halves; empty or as feature
@@ -32,8 +32,11 @@ struct Frame {
 Frame FrameFromFilm(const Film& film);
 
 // From the layers that Relume writes (noisy.*, variance.*, albedo.*, N.*, Z, buffer_a.*,
-// buffer_b.*, ...) or other renderers' names for them; plain R G B is the noisy image if there is
-// no `noisy`. What is missing is said in `notes`; a missing colour throws kInvalidArgument.
+// buffer_b.*, ...) or other renderers' names for them (channel_names.cpp); plain R G B is the noisy
+// image if there is no `noisy`. `variance` is what the file says, else the best that can be had
+// from the samples' variance, the halves, or neighbouring pixels; a depth of 1e9 or more, a miss,
+// becomes the largest below. What was missing or repaired is said in `notes` (may be null); no
+// colour or no pixel throws kInvalidArgument.
 Frame FrameFromImage(const Image& image, std::vector<std::string>* notes);
 
 }  // namespace relume::denoise

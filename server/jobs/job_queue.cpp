@@ -156,8 +156,10 @@ void JobQueue::Heard(WorkerId id, TimePoint now) {
     worker.silent = false;
 }
 
-void JobQueue::SetCredits(WorkerId id, std::uint32_t credits) {
-    workers_.at(id).credits = std::min(credits, kMaxCredits);
+void JobQueue::SetCredits(WorkerId id, std::uint32_t credits, std::uint32_t held) {
+    Worker& worker = workers_.at(id);
+    worker.credits = std::min(credits, kMaxCredits);
+    worker.reported_held = held;
 }
 
 void JobQueue::SceneReady(WorkerId id, const std::string& name,

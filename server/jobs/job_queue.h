@@ -42,6 +42,11 @@ class JobQueue {
     // --- Jobs. An unknown name throws kNotFound.
     void AddJob(const std::string& name, JobSetup setup, TimePoint now);
     const JobInfo& Get(const std::string& name) const { return Find(name).info(); }
+    // False for one that is unknown or has all its samples.
+    bool NeedsWorkers(const std::string& name) const {
+        const auto it = jobs_.find(name);
+        return it != jobs_.end() && it->second->active();
+    }
     // Newest first: those with a number below `before` (0: all), at most `limit`.
     std::vector<const JobInfo*> List(std::uint64_t before, std::size_t limit) const;
     void Cancel(const std::string& name, TimePoint now);
@@ -71,8 +76,8 @@ class JobQueue {
     void RemoveWorker(WorkerId worker);
     // Any message of the worker shows that it is there.
     void Heard(WorkerId worker, TimePoint now);
-    // How many leases it wants to hold at once.
-    void SetCredits(WorkerId worker, std::uint32_t credits);
+    // How many leases it wants to hold at once, and how many it says it holds.
+    void SetCredits(WorkerId worker, std::uint32_t credits, std::uint32_t held);
     void SceneReady(WorkerId worker, const std::string& job, const std::vector<std::string>& notes,
                     TimePoint now);
     // A problem that is the scene's ends the job. One of this worker's own (`transient`) pauses it
@@ -97,7 +102,8 @@ class JobQueue {
     // Leases of the worker that are of no more use, since the last call.
     std::vector<LeaseId> TakeRevoked(WorkerId worker);
 
-    // Late leases and silent workers. A few times a second.
+    // Late leases and silent workers. A few times a second: a gap of more than five seconds
+    // between calls is not held against anyone.
     void Tick(TimePoint now);
     // True if since the last call units came to wait or leases were revoked: ask NextLease and
     // TakeRevoked for every worker.
@@ -113,7 +119,7 @@ class JobQueue {
     };
     struct Worker {
         WorkerInfo info;
-        std::uint32_t credits = 0;
+        std::uint32_t credits = 0, reported_held = 0;
         std::set<LeaseId> leases;       // held, as far as the server knows
         std::uint64_t samples_out = 0;  // of those
         TimePoint last_heard;
@@ -156,6 +162,7 @@ class JobQueue {
     void Revoke(const std::set<LeaseId>& leases);
     void RevokeJob(const std::string& job);
     bool HasLeases(const std::string& job) const;
+    void ExcuseAbsence(TimePoint now);
     ResultVerdict Wrong(Leases::iterator lease, const std::string& reason, TimePoint now);
     void NoteStateOf(Job* job);
 
@@ -169,6 +176,7 @@ class JobQueue {
     std::uint64_t last_number_ = 0;
     WorkerId last_worker_ = 0;
     LeaseId last_lease_ = 0;
+    std::optional<TimePoint> last_tick_;
     bool news_ = false;
 };
 

@@ -14,6 +14,8 @@ namespace relume::jobs {
 namespace {
 
 constexpr double kSpeedWeight = 0.2;  // of the newest lease in the running mean of a worker's speed
+constexpr double kMaxSpeed = 1e9;     // samples/s a thread that are believed
+constexpr double kMaxTickGap = 5;     // seconds; a longer one is the server's own absence
 
 }  // namespace
 
@@ -39,7 +41,10 @@ bool JobQueue::HasOther(WorkerId id, const Job& job) const {
 
 std::optional<LeaseGrant> JobQueue::NextLease(WorkerId id, TimePoint now) {
     const Worker& worker = workers_.at(id);
-    if (worker.silent || worker.leases.size() >= worker.credits) {
+    // What it says that it holds is up to a report old; only far beyond the credits it tells that
+    // leases which were given up here still wait there.
+    if (worker.silent || worker.leases.size() >= worker.credits ||
+        worker.reported_held >= 2 * std::uint64_t{worker.credits}) {
         return std::nullopt;
     }
     for (auto it = active_.begin(); it != active_.end();) {
@@ -102,7 +107,7 @@ std::optional<std::size_t> JobQueue::FindRace(WorkerId id, const Worker& worker,
             continue;
         }
         const double remaining = ToSeconds(lease.expected - now);
-        if (remaining <= 0) {
+        if (ShouldRace(0, remaining)) {
             return lease.unit;
         }
         if (remaining > longest) {
@@ -113,10 +118,10 @@ std::optional<std::size_t> JobQueue::FindRace(WorkerId id, const Worker& worker,
     if (best == nullptr) {
         return std::nullopt;
     }
-    const double speed = worker.info.samples_per_second / worker.info.threads;
     const auto involvement = worker.jobs.find(job.info().name);
     const bool ready = involvement != worker.jobs.end() && involvement->second.scene_ready;
-    const double own = PredictSeconds({speed, 0, ready}, best->samples);
+    const double own = PredictSeconds(
+        {worker.info.samples_per_second, worker.info.threads, 0, ready}, best->samples);
     return ShouldRace(own, longest) ? std::optional(best->unit) : std::nullopt;
 }
 
@@ -146,7 +151,8 @@ LeaseGrant JobQueue::Issue(WorkerId id, Job* job, std::size_t unit, TimePoint no
 
 void JobQueue::SetDeadline(const Worker& worker, bool scene_ready, std::uint64_t samples_before,
                            Lease* lease, TimePoint now) {
-    const WorkerPace pace{worker.info.samples_per_second, samples_before, scene_ready};
+    const WorkerPace pace{worker.info.samples_per_second, worker.info.threads, samples_before,
+                          scene_ready};
     lease->expected = now + FromSeconds(PredictSeconds(pace, lease->samples));
     lease->deadline = now + FromSeconds(DeadlineSeconds(pace, lease->samples));
 }
@@ -175,7 +181,8 @@ ResultVerdict JobQueue::AddResult(WorkerId id, LeaseId lease_id, const std::stri
     const std::size_t unit = it->second.unit;
     const std::uint64_t samples = it->second.samples;
     if (result.seconds > 0) {
-        const double speed = static_cast<double>(samples) / result.seconds * worker.info.threads;
+        const double speed = std::min(kMaxSpeed, static_cast<double>(samples) / result.seconds) *
+                             worker.info.threads;
         double& mean = worker.info.samples_per_second;
         mean = mean > 0 ? mean + kSpeedWeight * (speed - mean) : speed;
     }
@@ -299,6 +306,7 @@ std::vector<LeaseId> JobQueue::TakeRevoked(WorkerId id) {
 }
 
 void JobQueue::Tick(TimePoint now) {
+    ExcuseAbsence(now);
     for (auto& [id, worker] : workers_) {
         if (!worker.silent && ToSeconds(now - worker.last_heard) > kSilentSeconds) {
             spdlog::warn("worker {}: silent for {} s, its {} leases go to others", worker.info.name,
@@ -320,6 +328,22 @@ void JobQueue::Tick(TimePoint now) {
         if (!lease.abandoned && now >= lease.deadline + (lease.deadline - lease.issued)) {
             Abandon(id, &lease);
         }
+    }
+}
+
+// A server that was stopped or busy for long has heard nobody meanwhile: nobody is late for that.
+void JobQueue::ExcuseAbsence(TimePoint now) {
+    const Duration gap = now - std::exchange(last_tick_, now).value_or(now);
+    if (ToSeconds(gap) <= kMaxTickGap) {
+        return;
+    }
+    for (auto& [id, worker] : workers_) {
+        worker.last_heard = std::min(now, worker.last_heard + gap);
+    }
+    for (auto& [id, lease] : leases_) {
+        lease.issued += gap;
+        lease.expected += gap;
+        lease.deadline += gap;
     }
 }
 

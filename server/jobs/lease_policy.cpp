@@ -9,7 +9,10 @@ double PredictSeconds(const WorkerPace& pace, std::uint64_t samples) {
     if (!pace.scene_ready || pace.samples_per_second <= 0) {
         return 0;
     }
-    return static_cast<double>(pace.samples_before + samples) / pace.samples_per_second;
+    // All threads share what is before; the lease itself is one thread's.
+    const double before = static_cast<double>(pace.samples_before) / pace.samples_per_second;
+    const double own = static_cast<double>(samples) * pace.threads / pace.samples_per_second;
+    return std::min(kMaxPredictedSeconds, before + own);
 }
 
 double DeadlineSeconds(const WorkerPace& pace, std::uint64_t samples) {
@@ -23,7 +26,8 @@ double DeadlineSeconds(const WorkerPace& pace, std::uint64_t samples) {
 }
 
 bool ShouldRace(double own_seconds, double remaining_seconds) {
-    return remaining_seconds <= 0 || (own_seconds > 0 && own_seconds < remaining_seconds);
+    return remaining_seconds <= -kRaceGainSeconds ||
+           (own_seconds > 0 && own_seconds + kRaceGainSeconds <= remaining_seconds);
 }
 
 double ProblemPauseSeconds(int n) { return std::min(60.0, std::pow(2.0, n - 1)); }

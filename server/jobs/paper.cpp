@@ -14,7 +14,7 @@
 // printed takes (5) literally, D = k + Var[c] - Var[f] with k > 1. That is trivial: D is above Phi3
 // for every pixel whose variance did not just jump by more than k, so that all get alpha4 in every
 // pass: uniform sampling in steps of 8, but for pixels hit by a firefly, which stop bright. Var is
-// s^2/n.
+// s^2/n over all samples.
 //
 // corrected restores the factor (c-f)^2, divides by f^2 + 1e-3 and uses all four thresholds.
 // Samples are of low discrepancy, for which s^2/n overestimates; Var is therefore regularised:
@@ -22,13 +22,13 @@
 // Its documented failure stays: a pixel that saw nothing (c = f, no variance) stops for ever, so
 // that rare light comes out dark.
 //
-// A pass that would exceed the budget serves the largest D first (ties: lower index). A pixel whose
-// newest samples were all bad (NaN) stops, so that it can't keep a job alive.
+// A pass that would exceed the budget is scaled down to it, all pixels alike: D is too noisy a
+// reading to choose by its size. A pixel whose newest samples were all bad (NaN) stops, so that it
+// can't keep a job alive.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
@@ -41,43 +41,57 @@ namespace relume::jobs {
 namespace {
 
 constexpr std::size_t kGrain = 4096;  // pixels a task
-constexpr int kBoxRadius = 10;        // 21 x 21
+constexpr std::size_t kBox = 21;      // pixels a side; a multiple of 3
+constexpr std::size_t kRadius = kBox / 2;
 
-// Mean over (2r+1)^2 pixels, clipped at the border.
+// Sums of kBox neighbours: out[i] = in[i] + ... + in[i + kBox - 1], each a row of `width` values,
+// by way of sums of three, which are left in `in`. No running sums: what a firefly adds to one and
+// takes out again would leave a trace. `in` has `count` + kBox - 1 rows.
+void BoxSums(std::size_t count, std::size_t width, std::vector<double>* in,
+             std::vector<double>* out) {
+    double* t = in->data();
+    for (std::size_t i = 0; i < (count + kBox - 3) * width; ++i) {
+        t[i] += t[i + width] + t[i + 2 * width];
+    }
+    std::fill(out->begin(), out->end(), 0.0);
+    for (std::size_t offset = 0; offset < kBox; offset += 3) {
+        for (std::size_t i = 0; i < count * width; ++i) {
+            (*out)[i] += t[i + offset * width];
+        }
+    }
+}
+
+// Mean over kBox x kBox pixels, clipped at the border.
 std::vector<float> BoxMean(const std::vector<float>& plane, int width, int height) {
+    const auto w = static_cast<std::size_t>(width), h = static_cast<std::size_t>(height);
+    // Pixels of a line of `size` that the box at `i` covers.
+    const auto covered = [](std::size_t i, std::size_t size) {
+        return std::min(size - 1, i + kRadius) - (i - std::min(i, kRadius)) + 1;
+    };
     std::vector<double> rows(plane.size());
-    std::vector<float> mean(plane.size());
-    const auto w = static_cast<std::size_t>(width);
-    ParallelFor(0, static_cast<std::size_t>(height), 8, [&](std::size_t y0, std::size_t y1) {
+    ParallelFor(0, h, 16, [&](std::size_t y0, std::size_t y1) {
+        std::vector<double> padded, sums(w);
         for (std::size_t y = y0; y < y1; ++y) {
-            for (int x = 0; x < width; ++x) {
-                double sum = 0;
-                for (int u = std::max(0, x - kBoxRadius); u <= std::min(width - 1, x + kBoxRadius);
-                     ++u) {
-                    sum += plane[y * w + static_cast<std::size_t>(u)];
-                }
-                rows[y * w + static_cast<std::size_t>(x)] = sum;
-            }
+            padded.assign(w + kBox - 1, 0.0);
+            std::copy_n(plane.begin() + static_cast<std::ptrdiff_t>(y * w), w,
+                        padded.begin() + kRadius);
+            BoxSums(w, 1, &padded, &sums);
+            std::copy(sums.begin(), sums.end(), rows.begin() + static_cast<std::ptrdiff_t>(y * w));
         }
     });
-    ParallelFor(0, static_cast<std::size_t>(height), 8, [&](std::size_t y0, std::size_t y1) {
-        std::vector<double> sums(w);
-        for (std::size_t y = y0; y < y1; ++y) {
-            const int top = std::max(0, static_cast<int>(y) - kBoxRadius);
-            const int bottom = std::min(height - 1, static_cast<int>(y) + kBoxRadius);
-            std::fill(sums.begin(), sums.end(), 0.0);
-            for (int v = top; v <= bottom; ++v) {
-                const double* row = rows.data() + static_cast<std::size_t>(v) * w;
-                for (std::size_t x = 0; x < w; ++x) {
-                    sums[x] += row[x];
-                }
-            }
-            for (int x = 0; x < width; ++x) {
-                const int across =
-                    std::min(width - 1, x + kBoxRadius) - std::max(0, x - kBoxRadius) + 1;
-                mean[y * w + static_cast<std::size_t>(x)] =
-                    static_cast<float>(sums[static_cast<std::size_t>(x)] /
-                                       (static_cast<double>(across) * (bottom - top + 1)));
+    std::vector<float> mean(plane.size());
+    ParallelFor(0, w, 32, [&](std::size_t x0, std::size_t x1) {
+        const std::size_t strip = x1 - x0;
+        std::vector<double> padded((h + kBox - 1) * strip, 0.0), sums(h * strip);
+        for (std::size_t y = 0; y < h; ++y) {
+            std::copy_n(rows.begin() + static_cast<std::ptrdiff_t>(y * w + x0), strip,
+                        padded.begin() + static_cast<std::ptrdiff_t>((y + kRadius) * strip));
+        }
+        BoxSums(h, strip, &padded, &sums);
+        for (std::size_t y = 0; y < h; ++y) {
+            for (std::size_t k = 0; k < strip; ++k) {
+                const auto pixels = static_cast<double>(covered(x0 + k, w) * covered(y, h));
+                mean[y * w + x0 + k] = static_cast<float>(sums[y * strip + k] / pixels);
             }
         }
     });
@@ -87,22 +101,28 @@ std::vector<float> BoxMean(const std::vector<float>& plane, int width, int heigh
 // What s^2/n is multiplied by, per channel: the level of the halves' variance over that of the
 // samples'.
 std::array<std::vector<float>, 3> VarianceLevel(const Film& film) {
-    std::array<std::vector<float>, 3> level;
+    std::array<std::vector<float>, 3> sample, half;
     for (std::size_t c = 0; c < 3; ++c) {
-        std::vector<float> sample(film.pixel_count()), half(film.pixel_count());
-        ParallelFor(0, film.pixel_count(), kGrain, [&](std::size_t i0, std::size_t i1) {
-            for (std::size_t i = i0; i < i1; ++i) {
-                sample[i] = film.MeanVariance(i)[static_cast<int>(c)];
-                half[i] = film.HalfVariance(i)[static_cast<int>(c)];
+        sample[c].resize(film.pixel_count());
+        half[c].resize(film.pixel_count());
+    }
+    ParallelFor(0, film.pixel_count(), kGrain, [&](std::size_t i0, std::size_t i1) {
+        for (std::size_t i = i0; i < i1; ++i) {
+            const Rgb s = film.MeanVariance(i), d = film.HalfVariance(i);
+            for (std::size_t c = 0; c < 3; ++c) {
+                sample[c][i] = s[static_cast<int>(c)];
+                half[c][i] = d[static_cast<int>(c)];
             }
-        });
-        sample = BoxMean(sample, film.width(), film.height());
-        level[c] = BoxMean(half, film.width(), film.height());
-        for (std::size_t i = 0; i < level[c].size(); ++i) {
-            level[c][i] /= 1e-10f + sample[i];
+        }
+    });
+    for (std::size_t c = 0; c < 3; ++c) {
+        sample[c] = BoxMean(sample[c], film.width(), film.height());
+        half[c] = BoxMean(half[c], film.width(), film.height());
+        for (std::size_t i = 0; i < half[c].size(); ++i) {
+            half[c][i] /= 1e-10f + sample[c][i];
         }
     }
-    return level;
+    return half;
 }
 
 class Paper final : public Planner {
@@ -153,9 +173,7 @@ class Paper final : public Planner {
         if (total == 0) {
             return {{}, "selector negative everywhere"};
         }
-        if (total > budget) {
-            CutToBudget(budget, &plan.counts);
-        }
+        ScaleDown(budget, &plan.counts);
         return plan;
     }
 
@@ -179,7 +197,9 @@ class Paper final : public Planner {
                     continue;
                 }
                 asked_[i] = asked;
-                PixelEstimate now{film.Mean(i), film.MeanVariance(i), film.SampleCount(i)};
+                PixelEstimate now{film.Mean(i),
+                                  corrected ? film.MeanVariance(i) : SampleVariance(film, i),
+                                  film.SampleCount(i)};
                 PixelEstimate before = first ? EvenHalf(film, i) : last_[i];
                 for (int c = 0; corrected && c < 3; ++c) {
                     const float scale = level[static_cast<std::size_t>(c)][i];
@@ -192,6 +212,19 @@ class Paper final : public Planner {
                 last_[i] = now;
             }
         });
+    }
+
+    // s^2/n over the samples of both halves.
+    static Rgb SampleVariance(const Film& film, std::size_t i) {
+        const float a = film.Plane(kCountA)[i], b = film.Plane(kCountB)[i], n = a + b;
+        Rgb variance;
+        for (int c = 0; c < 3 && n > 1; ++c) {
+            const float between = film.Plane(kMeanB + c)[i] - film.Plane(kMeanA + c)[i];
+            const float m2 = film.Plane(kM2A + c)[i] + film.Plane(kM2B + c)[i] +
+                             (a > 0 && b > 0 ? between * between * a * b / n : 0);
+            variance[c] = m2 / (n * (n - 1));
+        }
+        return variance;
     }
 
     static PixelEstimate EvenHalf(const Film& film, std::size_t i) {
@@ -214,19 +247,6 @@ class Paper final : public Planner {
         const double gain =
             mode_ == "printed" ? PrintedGain(before, now) : CorrectedGain(before, now);
         return std::isnan(gain) ? static_cast<float>(2 * kPhi[3]) : static_cast<float>(gain);
-    }
-
-    void CutToBudget(std::uint64_t budget, std::vector<std::uint32_t>* counts) const {
-        std::vector<std::uint32_t> order(counts->size());
-        std::iota(order.begin(), order.end(), 0u);
-        std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-            return gain_[a] != gain_[b] ? gain_[a] > gain_[b] : a < b;
-        });
-        for (const std::uint32_t i : order) {
-            (*counts)[i] =
-                static_cast<std::uint32_t>(std::min<std::uint64_t>((*counts)[i], budget));
-            budget -= (*counts)[i];
-        }
     }
 
     std::string mode_, alpha_name_;

@@ -4,6 +4,19 @@
 #include <numeric>
 
 namespace relume::jobs {
+namespace {
+
+// Pixel i is number i * step mod n in a scattered order: a golden-section lattice.
+std::uint64_t LatticeStep(std::uint64_t n) {
+    auto step = std::max<std::uint64_t>(
+        1, static_cast<std::uint64_t>(static_cast<double>(n) * 0.6180339887498949));
+    while (std::gcd(step, n) != 1) {
+        ++step;
+    }
+    return step;
+}
+
+}  // namespace
 
 std::vector<std::uint32_t> SpreadEvenly(std::size_t pixels, std::uint64_t samples,
                                         std::uint32_t pack) {
@@ -14,16 +27,41 @@ std::vector<std::uint32_t> SpreadEvenly(std::size_t pixels, std::uint64_t sample
     const std::uint64_t n = pixels;
     const std::uint64_t packs = samples / pack;
     const std::uint64_t all = packs / n, some = packs % n;
-    // Pixel i is number i * step mod n in a scattered order: a golden-section lattice.
-    auto step = std::max<std::uint64_t>(
-        1, static_cast<std::uint64_t>(static_cast<double>(n) * 0.6180339887498949));
-    while (std::gcd(step, n) != 1) {
-        ++step;
-    }
+    const std::uint64_t step = LatticeStep(n);
     for (std::uint64_t i = 0; i < n; ++i) {
         counts[i] = static_cast<std::uint32_t>(pack * (all + (i * step % n < some ? 1 : 0)));
     }
     return counts;
+}
+
+void ScaleDown(std::uint64_t samples, std::vector<std::uint32_t>* counts) {
+    const std::uint64_t n = counts->size();
+    const std::uint64_t total = std::accumulate(counts->begin(), counts->end(), std::uint64_t{0});
+    if (total <= samples) {
+        return;
+    }
+    const std::uint64_t step = LatticeStep(n);
+    struct Rest {
+        std::uint64_t part, rank;  // of `total`; in the scattered order
+        std::uint64_t pixel;
+    };
+    std::vector<Rest> rests;
+    std::uint64_t left = samples;
+    for (std::uint64_t i = 0; i < n; ++i) {
+        const std::uint64_t wanted = (*counts)[i] * samples;
+        (*counts)[i] = static_cast<std::uint32_t>(wanted / total);
+        left -= (*counts)[i];
+        if (wanted % total != 0) {
+            rests.push_back({wanted % total, i * step % n, i});
+        }
+    }
+    const auto end = rests.begin() + static_cast<std::ptrdiff_t>(left);
+    std::nth_element(rests.begin(), end, rests.end(), [](const Rest& a, const Rest& b) {
+        return a.part != b.part ? a.part > b.part : a.rank < b.rank;
+    });
+    for (auto it = rests.begin(); it != end; ++it) {
+        ++(*counts)[it->pixel];
+    }
 }
 
 std::vector<std::uint32_t> SpreadPilot(std::size_t pixels, std::uint32_t spp,

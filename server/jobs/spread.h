@@ -12,6 +12,10 @@ namespace relume::jobs {
 std::vector<std::uint32_t> SpreadEvenly(std::size_t pixels, std::uint64_t samples,
                                         std::uint32_t pack);
 
+// Makes `counts` smaller in proportion, so that they sum to `samples` exactly. Parts of a sample go
+// to the pixels that lack most of one, equal ones in the same scattered order.
+void ScaleDown(std::uint64_t samples, std::vector<std::uint32_t>* counts);
+
 // A first pass of `spp` samples a pixel, or as many of them as the budget has. Packs of two, but
 // below two samples a pixel singles: no pixel is left out for another's pair.
 std::vector<std::uint32_t> SpreadPilot(std::size_t pixels, std::uint32_t spp, std::uint64_t budget);

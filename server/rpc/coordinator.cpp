@@ -39,10 +39,7 @@ Coordinator::Coordinator(const CoordinatorOptions& options)
     control_.Every(FromSeconds(kTickSeconds), [this] {
         queue_.Tick(Now());
         // Also those who have nothing to wait for: a lease may have become worth a race.
-        for (Listener* listener :
-             std::vector<Listener*>(worker_streams_.begin(), worker_streams_.end())) {
-            listener->Advance();
-        }
+        ForEach(worker_streams_, &Listener::Advance);
         Changed();
     });
 }
@@ -129,31 +126,28 @@ void Coordinator::Remove(Listener* listener) {
     watchers_.erase(listener);
 }
 
-void Coordinator::Changed() {
-    const auto advance = [](const std::set<Listener*>& listeners) {
-        for (Listener* listener : std::vector<Listener*>(listeners.begin(), listeners.end())) {
-            if (listeners.count(listener) != 0) {
-                listener->Advance();
-            }
+// A call may end its listener's stream, and others' in turn: those are gone then.
+void Coordinator::ForEach(const std::set<Listener*>& listeners, void (Listener::*call)()) {
+    for (Listener* listener : std::vector<Listener*>(listeners.begin(), listeners.end())) {
+        if (listeners.count(listener) != 0) {
+            (listener->*call)();
         }
-    };
+    }
+}
+
+void Coordinator::Changed() {
     StartFilters();
     while (queue_.TakeNews()) {
-        advance(worker_streams_);
+        ForEach(worker_streams_, &Listener::Advance);
         StartFilters();
     }
-    advance(watchers_);
+    ForEach(watchers_, &Listener::Advance);
 }
 
 void Coordinator::StopStreams() {
     stopping_ = true;
-    for (Listener* listener :
-         std::vector<Listener*>(worker_streams_.begin(), worker_streams_.end())) {
-        listener->Stop();
-    }
-    for (Listener* listener : std::vector<Listener*>(watchers_.begin(), watchers_.end())) {
-        listener->Stop();
-    }
+    ForEach(worker_streams_, &Listener::Stop);
+    ForEach(watchers_, &Listener::Stop);
 }
 
 void Coordinator::StartFilters() {

@@ -87,6 +87,7 @@ class Coordinator {
         std::shared_ptr<CancelToken> cancel = std::make_shared<CancelToken>();
     };
 
+    static void ForEach(const std::set<Listener*>& listeners, void (Listener::*call)());
     void StartFilters();
     void Filter(const std::string& name, const Film& film, const CheckedSpec& spec,
                 const std::string& numeric_class, const CancelToken& cancel);

@@ -19,6 +19,7 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr int kMaxMessage = 4 << 20;
+constexpr int kMaxStreams = 256;          // at once, of one connection
 constexpr milliseconds kDrainTime{1500};  // for workers to finish their leases
 constexpr milliseconds kDrainInterval{20};
 constexpr milliseconds kGoodbyeTime{500};  // then calls are cut off
@@ -37,6 +38,7 @@ Server::Server(const ServerOptions& options)
     builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
     builder.AddChannelArgument(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
     builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 5'000);
+    builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxStreams);
     builder.AddListeningPort(ToString(options.listen), grpc::InsecureServerCredentials(),
                              &address_.port);
     builder.RegisterService(&jobs_);

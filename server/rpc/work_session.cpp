@@ -18,6 +18,7 @@ namespace {
 
 constexpr std::size_t kMaxText = 2000;
 constexpr int kMaxNotes = 100;
+constexpr double kHelloSeconds = 10;  // for a worker's first message
 
 // A worker's words in one line that can be shown in a terminal.
 std::string Clean(const std::string& text) {
@@ -85,7 +86,7 @@ void WorkSession::Handle(const v1::WorkRequest& message) {
     queue.Heard(worker_, now);
     switch (message.message_case()) {
         case v1::WorkRequest::kReport:
-            queue.SetCredits(worker_, message.report().credits());
+            queue.SetCredits(worker_, message.report().credits(), message.report().leases_held());
             break;
         case v1::WorkRequest::kResult:
             HandleResult(message.result());
@@ -127,6 +128,13 @@ void WorkSession::HandleHello(const v1::Hello& hello) {
                 "and server of one release",
                 hello.protocol_version(), kBuild, kProtocolVersion));
     }
+    if (const std::string& build = hello.numeric_class().build(); build != kBuild) {
+        throw Error(
+            ErrorCode::kFailedPrecondition,
+            fmt::format("the worker is '{}', the server '{}', and their samples may differ; "
+                        "use workers and server of one release",
+                        Clean(build), kBuild));
+    }
     jobs::JobQueue& queue = coordinator_->queue();
     const std::string numeric_class = Clean(NumericClassText(hello.numeric_class()));
     worker_ = queue.AddWorker(hello.name(), numeric_class, hello.threads(), coordinator_->Now());
@@ -163,10 +171,25 @@ void WorkSession::HandleResult(const v1::LeaseResult& result) {
 }
 
 void WorkSession::Advance() {
-    if (worker_ == 0 || leaving_) {
+    if (leaving_) {
+        return;
+    }
+    if (worker_ == 0) {
+        if (ToSeconds(coordinator_->Now() - opened_) > kHelloSeconds) {
+            Leave({grpc::StatusCode::DEADLINE_EXCEEDED, "the worker does not say Hello"});
+        }
         return;
     }
     jobs::JobQueue& queue = coordinator_->queue();
+    std::erase_if(jobs_sent_, [&](const std::string& job) {
+        if (queue.NeedsWorkers(job)) {
+            return false;
+        }
+        v1::WorkResponse response;
+        response.mutable_job_over()->set_job(job);
+        Send(std::move(response));
+        return true;
+    });
     if (const auto revoked = queue.TakeRevoked(worker_); !revoked.empty()) {
         v1::WorkResponse response;
         response.mutable_revoke()->mutable_lease_ids()->Add(revoked.begin(), revoked.end());
@@ -207,7 +230,7 @@ void WorkSession::Stop() {
         Leave({grpc::StatusCode::UNAVAILABLE, "the server stops"});
     } else if (!std::exchange(stopping_, true)) {
         v1::WorkResponse response;
-        response.mutable_drain();
+        response.mutable_drain()->set_come_back(true);
         Send(std::move(response));
     }
 }

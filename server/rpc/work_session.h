@@ -24,13 +24,14 @@ class WorkSession final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wo
     void OnWriteDone(bool ok) override;
     void OnDone() override;
 
-    // Sends revocations, and leases as far as the worker's credits go.
+    // Sends what jobs are over, revocations, and leases as far as the worker's credits go.
     void Advance() override;
     // Asks the worker to finish and leave.
     void Stop() override;
 
   private:
-    explicit WorkSession(Coordinator* coordinator) : coordinator_(coordinator) {}
+    explicit WorkSession(Coordinator* coordinator)
+        : coordinator_(coordinator), opened_(coordinator->Now()) {}
 
     // Each throws what ends the stream.
     void Handle(const v1::WorkRequest& message);
@@ -44,10 +45,11 @@ class WorkSession final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wo
     void Leave(const grpc::Status& status);
 
     Coordinator* coordinator_;
+    TimePoint opened_;
     std::shared_ptr<WorkSession> self_;  // until OnDone; posted tasks hold it, too
     v1::WorkRequest request_;
     jobs::WorkerId worker_ = 0;        // 0: no Hello yet, or gone
-    std::set<std::string> jobs_sent_;  // whose JobContext the worker has
+    std::set<std::string> jobs_sent_;  // whose JobContext the worker has, those over taken out
     std::deque<v1::WorkResponse> outbox_;
     v1::WorkResponse outgoing_;
     bool writing_ = false;   // a write is under way

@@ -118,6 +118,33 @@ TEST(DirectLight, TexturedEmissionHasItsMean) {
     ExpectRadiance(scene, 1024, {expected, expected, expected}, 2e-3);
 }
 
+TEST(DirectLight, MaskedPartOfALightDoesNotShine) {
+    // The left half is cut out; the same as if it were black, whoever finds the light.
+    auto scene = UnderRectangle(false, false);
+    const int cut = AddTexture(scene.get(), 2, 1, 4,
+                               std::vector<std::uint8_t>{255, 255, 255, 0, 255, 255, 255, 255},
+                               false);
+    scene->textures[0].nearest = true;
+    scene->materials[1].params.Set("base_color_texture", static_cast<float>(cut));
+    scene->materials[1].params.Set("alpha_mode", "mask");
+    const double factor = CornerFormFactor(2, 3, 1) - CornerFormFactor(1.01, 3, 1);
+    const float expected = static_cast<float>(0.8 * 5 * factor);
+    ExpectRadiance(scene, 1024, {expected, expected, expected}, 2e-3);
+}
+
+TEST(DirectLight, FarFromTheOriginIsTheSame) {
+    // All that is written in floats is coarse there: the light's place by 1e-3 of its height.
+    auto scene = UnderRectangle(false, false);
+    for (Instance& instance : scene->instances) {
+        instance.to_world = Transform::Translate({3000, 2000, -4000});
+    }
+    scene->cameras[0].to_world =
+        Transform::LookAt({3000, 2010, -4000}, {3000, 2000, -4000}, {0, 0, -1});
+    const double factor = CornerFormFactor(2, 3, 1) - CornerFormFactor(0.02, 3, 1);
+    const float expected = static_cast<float>(0.8 * 5 * factor);
+    ExpectRadiance(scene, 512, {expected, expected, expected}, 0.02);
+}
+
 TEST(DirectLight, LightSeenThroughSlabOfGlassKeepsItsRadiance) {
     // Straight through a slab: two crossings at normal incidence, with reflections back and forth
     // inside: T = (1 - R) / (1 + R), R = 0.04. Scaling by eta^2 cancels.

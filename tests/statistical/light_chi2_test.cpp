@@ -5,9 +5,8 @@
 
 #include "core/film/moments.h"
 #include "tests/support/chi2.h"
+#include "tests/support/lit.h"
 #include "tests/support/scenes.h"
-#include "worker/render/bsdf/registry.h"
-#include "worker/render/light/light_set.h"
 #include "worker/render/sampler/warp.h"
 
 namespace relume::render {
@@ -15,32 +14,15 @@ namespace {
 
 constexpr int kTests = 3;
 
-// A scene made ready as far as lights need it.
-struct Lit {
-    std::vector<CompiledMaterial> materials;
-    TextureSet textures;
-    Accel accel;
-    LightSet lights;
-
-    explicit Lit(const Scene& scene)
-        : materials(Compile(scene)),
-          textures(scene, std::vector<bool>(scene.textures.size(), true)),
-          accel(scene, materials, textures),
-          lights(scene, materials, textures, &accel) {}
-
-    static std::vector<CompiledMaterial> Compile(const Scene& scene) {
-        std::vector<CompiledMaterial> materials;
-        for (const Material& m : scene.materials) {
-            materials.push_back(CompileMaterial(m, scene));
-        }
-        return materials;
-    }
+struct Lit : test::Lit {
+    using test::Lit::Lit;
 
     // Samples and density as the integrator uses them: Sample here, and the density of what a ray
     // hits there.
     double ChiSquare(Vec3f p, int samples) const {
         return test::TestSphereSampler({[&](Vec2f u, float choice, Vec3f* d) {
-                                            const auto s = lights.Sample(p, choice, u);
+                                            const auto s = lights.Sample(
+                                                p, static_cast<std::uint32_t>(choice * 0x1p32), u);
                                             if (s) {
                                                 *d = s->wi;
                                             }

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <system_error>
 #include <vector>
@@ -20,6 +21,8 @@
 namespace relume::worker {
 namespace fs = std::filesystem;
 namespace {
+
+constexpr std::chrono::hours kPartLife{24};  // of an unfinished transfer that nobody takes up
 
 [[noreturn]] void ThrowDiskError(const fs::path& path, int error) {
     const bool full = error == ENOSPC || error == EDQUOT;
@@ -211,6 +214,7 @@ void BlobCache::MakeRoom(std::uint64_t incoming, const std::string& keep) const 
         std::uint64_t size;
     };
     std::vector<File> files;
+    const auto now = fs::file_time_type::clock::now();
     std::uint64_t total = incoming;
     std::error_code error;
     for (const auto& entry : fs::directory_iterator(folder_, error)) {
@@ -222,7 +226,9 @@ void BlobCache::MakeRoom(std::uint64_t incoming, const std::string& keep) const 
         }
         total += size;
         const std::string name = entry.path().filename().string();
-        if (IsSha256Hex(name) && name != keep) {
+        const bool stale_part =
+            entry.path().extension() == ".part" && now - used > kPartLife;  // of a dead process
+        if ((IsSha256Hex(name) && name != keep) || stale_part) {
             files.push_back({entry.path(), used, size});
         }
     }

@@ -88,6 +88,11 @@ std::shared_ptr<const LoadedScene> JobScenes::Want(const std::string& job) {
     return nullptr;
 }
 
+void JobScenes::Forget(const std::string& job) {
+    const std::lock_guard lock(mutex_);
+    jobs_.erase(job);
+}
+
 void JobScenes::ForgetJobs() {
     const std::lock_guard lock(mutex_);
     jobs_.clear();

@@ -42,6 +42,8 @@ class JobScenes {
     // The job's scene, or null: then it is loaded, and one of the handlers will be called. After a
     // transient problem the next attempt waits, 2 s at first and up to a minute.
     std::shared_ptr<const LoadedScene> Want(const std::string& job);
+    // Forgets a job that is over, but keeps its scene.
+    void Forget(const std::string& job);
     // Forgets the jobs (their stream is gone) but keeps the scenes.
     void ForgetJobs();
     // True while a load is under way.

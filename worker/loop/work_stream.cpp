@@ -76,8 +76,12 @@ void WorkStream::Advance(std::unique_lock<std::mutex> lock) {
 }
 
 void WorkStream::OnDone(const grpc::Status& status) {
-    const auto self = std::move(self_);
-    handler_.on_closed(status);
+    // Whoever hears of the end may drop the channel. The last reference to one must not fall on a
+    // thread of gRPC, which would wait for itself: so the stream, whose context holds one, is let
+    // go before.
+    const auto on_closed = std::move(handler_.on_closed);
+    std::exchange(self_, nullptr).reset();
+    on_closed(status);
 }
 
 }  // namespace relume::worker

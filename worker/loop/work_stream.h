@@ -22,7 +22,8 @@ class WorkStream final : public grpc::ClientBidiReactor<v1::WorkRequest, v1::Wor
         std::function<void(const grpc::Status&)> on_closed;
     };
 
-    // Opens the stream. It keeps itself alive until on_closed has returned.
+    // Opens the stream. It keeps itself alive until on_closed is called; the channel must live
+    // until then.
     static std::shared_ptr<WorkStream> Open(v1::WorkerService::Stub* stub, Handler handler);
 
     // Dropped if the stream is closed.

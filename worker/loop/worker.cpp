@@ -107,7 +107,7 @@ void Worker::Run() {
     bool said = false;
     while (!stopping_.cancelled()) {
         const grpc::Status status = Serve();
-        if (stopping_.cancelled() || draining_) {
+        if (stopping_.cancelled() || leaving_) {
             break;
         }
         if (status.error_code() == grpc::StatusCode::FAILED_PRECONDITION ||
@@ -123,7 +123,8 @@ void Worker::Run() {
         }
         if (!said) {
             spdlog::warn("{}; trying again until it answers",
-                         codec::FromStatus(status, options_.server).what());
+                         status.ok() ? options_.server + ": the server has ended the connection"
+                                     : codec::FromStatus(status, options_.server).what());
             said = true;
         }
         Event event;
@@ -133,7 +134,7 @@ void Worker::Run() {
 }
 
 grpc::Status Worker::Serve() {
-    welcomed_ = false;
+    welcomed_ = draining_ = false;
     const auto stream =
         WorkStream::Open(work_stub_.get(), {[this](v1::WorkResponse message) {
                                                 Post({Event::kMessage, std::move(message), {}});
@@ -172,7 +173,7 @@ grpc::Status Worker::Serve() {
         if (event.kind == Event::kMessage) {
             Handle(event.message);
         } else {
-            draining_ = true;
+            draining_ = leaving_ = true;
         }
         if (welcomed_ && !was_welcomed) {
             give_up = TimePoint::max();
@@ -224,6 +225,11 @@ void Worker::Handle(const v1::WorkResponse& message) {
         }
         case v1::WorkResponse::kDrain:
             draining_ = true;
+            leaving_ = leaving_ || !message.drain().come_back();
+            break;
+        case v1::WorkResponse::kJobOver:
+            scenes_->Forget(message.job_over().job());
+            ReturnLeases(leases_.DropJob(message.job_over().job()));
             break;
         case v1::WorkResponse::MESSAGE_NOT_SET:
             break;

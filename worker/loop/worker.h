@@ -35,8 +35,8 @@ class Worker {
     Worker(WorkerOptions options, SceneLoader loader);
     ~Worker();
 
-    // Returns after Stop or the server's Drain. Throws kFailedPrecondition if the server refuses
-    // this version.
+    // Returns after Stop, or when the server wants it to leave for good. Throws kFailedPrecondition
+    // if the server refuses this version.
     void Run();
 
     // Thread-safe. Leases not begun go back, those running get kDrainSeconds to finish and then go
@@ -85,7 +85,8 @@ class Worker {
     // Of the control thread.
     double report_seconds_ = 1;
     bool welcomed_ = false;  // by the current stream
-    bool draining_ = false;  // no more leases wanted
+    bool draining_ = false;  // no more leases wanted from it
+    bool leaving_ = false;   // for good
 
     std::mutex mutex_;  // guards all below
     std::condition_variable posted_;

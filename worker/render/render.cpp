@@ -1,7 +1,6 @@
 #include "worker/render/render.h"
 
 #include <fmt/format.h>
-#include <xmmintrin.h>
 
 #include <array>
 #include <chrono>
@@ -12,25 +11,13 @@
 #include "worker/render/accel/accel.h"
 #include "worker/render/bsdf/registry.h"
 #include "worker/render/camera/ray_camera.h"
+#include "worker/render/floating_point_mode.h"
 #include "worker/render/integrator/path_tracer.h"
 #include "worker/render/light/light_set.h"
 #include "worker/render/texture/texture_set.h"
 
 namespace relume::render {
 namespace {
-
-// Default rounding, no traps, denormals taken for zero (they cost 100 cycles each): the same on
-// every thread, whatever the caller has set.
-class FloatingPointMode {
-  public:
-    FloatingPointMode() : saved_(_mm_getcsr()) { _mm_setcsr(0x1f80 | 0x8040); }
-    ~FloatingPointMode() { _mm_setcsr(saved_); }
-    FloatingPointMode(const FloatingPointMode&) = delete;
-    FloatingPointMode& operator=(const FloatingPointMode&) = delete;
-
-  private:
-    unsigned saved_;
-};
 
 // CPU seconds of the calling thread.
 double ThreadSeconds() {

@@ -20,6 +20,7 @@ struct FakeWorkerOptions {
     std::string name = "fake";
     std::string isa = "avx2";
     std::uint32_t version = kProtocolVersion;
+    std::string build = kBuild;
     std::uint32_t credits = 3;
     int die_after = -1;   // results; then the connection breaks with leases in hand
     int wrong_until = 0;  // so many results are wrong
@@ -47,6 +48,13 @@ class FakeWorker {
     int leases() const { return leases_; }
     int revoked() const { return revoked_; }
     bool drained() const { return drained_; }
+    int jobs_over() const { return jobs_over_; }
+    // Waits until the server has said of so many jobs that they are over.
+    void WaitForJobsOver(int count) {
+        for (int now = jobs_over_; now < count; now = jobs_over_) {
+            jobs_over_.wait(now);
+        }
+    }
 
   private:
     void Run() {
@@ -54,7 +62,7 @@ class FakeWorker {
         v1::WorkRequest hello;
         hello.mutable_hello()->set_name(options_.name);
         hello.mutable_hello()->set_protocol_version(options_.version);
-        hello.mutable_hello()->mutable_numeric_class()->set_build(kBuild);
+        hello.mutable_hello()->mutable_numeric_class()->set_build(options_.build);
         hello.mutable_hello()->mutable_numeric_class()->set_isa(options_.isa);
         hello.mutable_hello()->set_threads(1);
         stream->Write(hello);
@@ -87,6 +95,9 @@ class FakeWorker {
                 ++results;
             } else if (message.has_revoke()) {
                 revoked_ += message.revoke().lease_ids_size();
+            } else if (message.has_job_over()) {
+                ++jobs_over_;
+                jobs_over_.notify_all();
             } else if (message.has_drain()) {
                 drained_ = true;
                 stream->WritesDone();
@@ -116,7 +127,7 @@ class FakeWorker {
     FakeWorkerOptions options_;
     std::unique_ptr<v1::WorkerService::Stub> stub_;
     grpc::ClientContext context_;
-    std::atomic<int> leases_{0}, revoked_{0};
+    std::atomic<int> leases_{0}, revoked_{0}, jobs_over_{0};
     std::atomic<bool> drained_{false}, ended_{false};
     grpc::Status status_;
     std::thread thread_;

@@ -1,5 +1,7 @@
 #include <gmock/gmock.h>
 
+#include <cmath>
+
 #include "tests/integration/rpc/farm_fixture.h"
 
 namespace relume::server {
@@ -23,6 +25,20 @@ TEST_F(WorkServiceTest, AWorkerOfAnotherVersionIsRefusedWithBothNamed) {
     EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
     EXPECT_THAT(status.error_message(), HasSubstr(std::to_string(kProtocolVersion + 41)));
     EXPECT_THAT(status.error_message(), HasSubstr("version " + std::to_string(kProtocolVersion)));
+}
+
+TEST_F(WorkServiceTest, AWorkerOfAnotherBuildIsRefusedWithBothNamed) {
+    const auto status = StartWorker({.build = "relume 9.9.9\x1b"})->Join();
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+    EXPECT_THAT(status.error_message(), HasSubstr("relume 9.9.9 "));
+    EXPECT_THAT(status.error_message(), HasSubstr(kBuild));
+}
+
+TEST_F(WorkServiceTest, WorkersHearOfEachJobThatIsOver) {
+    const auto worker = StartWorker();
+    Digest(Spec());
+    Digest(Spec());
+    worker->WaitForJobsOver(2);
 }
 
 TEST_F(WorkServiceTest, TheFirstMessageMustBeHello) {
@@ -99,6 +115,7 @@ TEST_F(WorkServiceTest, TransportOfJunkDoesNoHarm) {
     const auto stream = work->Work(&context);
     v1::WorkRequest message;
     message.mutable_hello()->set_protocol_version(kProtocolVersion);
+    message.mutable_hello()->mutable_numeric_class()->set_build(kBuild);
     message.mutable_hello()->set_threads(-7);
     stream->Write(message);
     message.mutable_result()->set_lease_id(77);
@@ -119,6 +136,70 @@ TEST_F(WorkServiceTest, TransportOfJunkDoesNoHarm) {
     while (stream->Read(&response)) {
     }
     EXPECT_TRUE(stream->Finish().ok());
+}
+
+TEST_F(WorkServiceTest, AnyAnswerToALeaseThatIsNotItsAnswerDoesNoHarm) {
+    std::string digest;
+    {
+        const auto worker = StartWorker();
+        digest = Digest(Spec());
+    }
+    const v1::Job job = MustCreate(Spec());
+    grpc::ClientContext context;
+    const auto stream = work->Work(&context);
+    v1::WorkRequest message;
+    message.mutable_hello()->set_protocol_version(kProtocolVersion);
+    message.mutable_hello()->mutable_numeric_class()->set_build(kBuild);
+    message.mutable_hello()->mutable_numeric_class()->set_isa("avx2");
+    message.mutable_hello()->set_name("hostile");
+    stream->Write(message);
+    message.mutable_report()->set_credits(~0u);
+    stream->Write(message);
+    v1::WorkResponse response;
+    while (stream->Read(&response) && !response.has_lease()) {
+    }
+    const v1::Lease lease = response.lease();
+    std::uint64_t random = 1;
+    const auto next = [&] { return random = Mix(random); };
+    const std::string right = codec::EncodePlanes(PseudoRender(codec::TaskFromLease(lease)));
+    for (int i = 0; i < 300; ++i) {
+        v1::LeaseResult* result = message.mutable_result();
+        // Mostly of this lease, so that it is refused until the job gives it up to nobody.
+        result->set_lease_id(next() % 4 == 0 ? next() % 64 : lease.id());
+        result->set_job(next() % 8 == 0 ? "jobs/none" : job.name());
+        result->set_epoch(next() % 2 == 0 ? lease.epoch() : static_cast<std::uint32_t>(next()));
+        std::string planes = right;
+        switch (next() % 4) {
+            case 0:
+                planes.resize(next() % (2 * right.size()));
+                break;
+            case 1:
+                planes.clear();
+                break;
+            default:
+                // Wrong counts at the least.
+                for (std::size_t k = 0; k < planes.size(); k += 1 + next() % 64) {
+                    planes[k] = static_cast<char>(next());
+                }
+                planes[3] = static_cast<char>(0xff);
+        }
+        result->set_planes(planes);
+        result->set_rays(next());
+        const double seconds[] = {-1, 0, 1e300, NAN, INFINITY};
+        result->set_seconds(seconds[next() % 5]);
+        stream->Write(message);
+    }
+    message.mutable_result()->set_planes(std::string(5 << 20, 'x'));
+    stream->Write(message);  // beyond the message limit: ends this stream
+    while (stream->Read(&response)) {
+    }
+    EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+    v1::Job now;
+    ASSERT_TRUE(Get(job.name(), &now).ok());
+    EXPECT_THAT(now.notes().empty() ? now.message() : now.notes(0), HasSubstr("worker hostile"));
+    EXPECT_EQ(now.samples_done(), 0u);
+    const auto worker = StartWorker();
+    EXPECT_EQ(Digest(Spec()), digest);
 }
 
 TEST_F(WorkServiceTest, WorkersAreListedWithWhatIsKnownOfThem) {

@@ -29,7 +29,7 @@ class JobQueueTest : public testing::Test {
     }
     WorkerId AddWorker(std::uint32_t credits, const std::string& numeric_class = "avx2") {
         const WorkerId id = queue.AddWorker("w", numeric_class, 1, now);
-        queue.SetCredits(id, credits);
+        queue.SetCredits(id, credits, 0);
         return id;
     }
     std::vector<LeaseGrant> TakeAll(WorkerId id) {
@@ -110,8 +110,8 @@ TEST_F(JobQueueTest, ALateLeaseGoesToAnotherAndTheSecondAnswerIsDropped) {
         Advance(5);
         queue.Heard(slow, now);
         queue.Heard(fast, now);
+        queue.Tick(now);
     }
-    queue.Tick(now);
     const auto again = TakeAll(fast);
     ASSERT_EQ(again.size(), 1u);
     EXPECT_EQ(again[0].task.rect, late[0].task.rect);
@@ -157,6 +157,8 @@ TEST_F(JobQueueTest, AnIdleWorkerRacesForTheOldestLeaseWithAtMostTwoHolders) {
     const auto leases = TakeAll(first);
     ASSERT_EQ(leases.size(), 3u);
     const WorkerId second = AddWorker(3), third = AddWorker(3), fourth = AddWorker(3);
+    EXPECT_THAT(TakeAll(second), IsEmpty());  // they may come at any moment
+    Advance(2 * kRaceGainSeconds);
     // One thread, one raced lease at a time.
     const auto raced = TakeAll(second);
     ASSERT_EQ(raced.size(), 1u);
@@ -195,6 +197,52 @@ TEST_F(JobQueueTest, ASilentWorkerLosesItsLeasesAndComesBack) {
     EXPECT_EQ(merged, 2);
     EXPECT_EQ(queue.Get("jobs/a").results_duplicate, 1u);
     EXPECT_EQ(queue.Get("jobs/a").state, JobState::kFiltering);
+}
+
+TEST_F(JobQueueTest, AServerThatWasAwayBlamesNobody) {
+    AddJob("jobs/a");
+    const WorkerId w = AddWorker(3), other = AddWorker(0);
+    queue.SceneReady(w, "jobs/a", {}, now);
+    queue.Tick(now);
+    const auto leases = TakeAll(w);
+    Advance(10 * kUnknownSpeedSeconds);  // stopped, or planning a pass
+    queue.Tick(now);
+    queue.SetCredits(other, 3, 0);
+    EXPECT_EQ(queue.Workers(now)[0].leases_held, 3u);
+    Advance(kSilentSeconds - 6);
+    queue.Tick(now);
+    EXPECT_EQ(queue.Workers(now)[0].leases_held, 3u);
+    Advance(5);
+    queue.Tick(now);
+    Advance(5);
+    queue.Tick(now);  // now it is the worker that is silent
+    EXPECT_EQ(queue.Workers(now)[0].leases_held, 0u);
+}
+
+TEST_F(JobQueueTest, AWorkerThatIsChokedGetsNoMore) {
+    AddJob("jobs/a");
+    const WorkerId w = AddWorker(1);
+    queue.SetCredits(w, 1, 2);
+    EXPECT_THAT(TakeAll(w), IsEmpty());
+    queue.SetCredits(w, 1, 1);  // a report that is older than its last result
+    EXPECT_EQ(TakeAll(w).size(), 1u);
+}
+
+TEST_F(JobQueueTest, TimesBeyondReasonAreNotBelieved) {
+    AddJob("jobs/a", 48 * 16 * 64);
+    const WorkerId w = AddWorker(1);
+    for (const double seconds : {1e300, 1e-300, 0.0}) {
+        const auto lease = TakeAll(w);
+        ASSERT_EQ(lease.size(), 1u);
+        TileResult result = PseudoRender(lease[0].task);
+        result.seconds = seconds;
+        EXPECT_EQ(queue.AddResult(w, lease[0].id, "jobs/a", result, now), ResultVerdict::kMerged);
+        const auto next = queue.NextLease(w, now);
+        ASSERT_TRUE(next.has_value());
+        EXPECT_GE(next->deadline_seconds, kMinDeadlineSeconds);
+        EXPECT_LE(next->deadline_seconds, kDeadlineFactor * kMaxPredictedSeconds);
+        queue.ReturnLeases(w, {next->id});
+    }
 }
 
 TEST_F(JobQueueTest, AWrongResultGoesElsewhereAndNamesTheWorker) {

@@ -12,15 +12,16 @@ TEST(LeasePolicy, DeadlineFollowsSpeedAndWhatIsBefore) {
         double predicted, deadline;
     };
     const Case cases[] = {
-        {{0, 0, false}, 1000, 0, kSceneLoadSeconds},
-        {{1000, 0, false},
-         1000,
-         0,
-         kSceneLoadSeconds},  // speed of another scene: this one is still loading
-        {{0, 5000, true}, 1000, 0, kUnknownSpeedSeconds},
-        {{1000, 0, true}, 2000, 2, 8},
-        {{1000, 3000, true}, 2000, 5, 20},
-        {{1e6, 0, true}, 1000, 1e-3, kMinDeadlineSeconds},
+        {{0, 1, 0, false}, 1000, 0, kSceneLoadSeconds},
+        // The speed is that of another scene: this one is still loading.
+        {{1000, 1, 0, false}, 1000, 0, kSceneLoadSeconds},
+        {{0, 1, 5000, true}, 1000, 0, kUnknownSpeedSeconds},
+        {{1000, 1, 0, true}, 2000, 2, 8},
+        {{1000, 1, 3000, true}, 2000, 5, 20},
+        // One thread of four works on it, after all have shared what is before.
+        {{1000, 4, 3000, true}, 2000, 11, 44},
+        {{1e6, 1, 0, true}, 1000, 1e-3, kMinDeadlineSeconds},
+        {{1e-300, 1, 0, true}, 1000, kMaxPredictedSeconds, kDeadlineFactor * kMaxPredictedSeconds},
     };
     for (const auto& c : cases) {
         EXPECT_DOUBLE_EQ(PredictSeconds(c.pace, c.samples), c.predicted);
@@ -29,11 +30,14 @@ TEST(LeasePolicy, DeadlineFollowsSpeedAndWhatIsBefore) {
 }
 
 TEST(LeasePolicy, RacesForTheOverdueAndWhereItIsSooner) {
-    EXPECT_TRUE(ShouldRace(0, 0));
+    EXPECT_TRUE(ShouldRace(0, -kRaceGainSeconds));
     EXPECT_TRUE(ShouldRace(5, -1));
     EXPECT_TRUE(ShouldRace(1, 2));
     EXPECT_FALSE(ShouldRace(2, 1));
     EXPECT_FALSE(ShouldRace(0, 1));  // own speed not known
+    // What is about to come is waited for.
+    EXPECT_FALSE(ShouldRace(0, 0));
+    EXPECT_FALSE(ShouldRace(1, 1 + kRaceGainSeconds / 2));
 }
 
 TEST(LeasePolicy, PausesGrowToAMinute) {

@@ -142,7 +142,7 @@ TEST(Paper, CorrectedStopsWhereNothingWasSeenAndSaysWhenAllHave) {
     EXPECT_EQ(reason, "selector negative everywhere");
 }
 
-TEST(Paper, ServesTheLargestGainFirstWhenTheBudgetIsShort) {
+TEST(Paper, ScalesTheLastPassToTheBudget) {
     Film film({0, 0, 4, 1}, 4, 1);
     const auto planner = MakePlanner("paper");
     planner->NextPass(film, 1000);
@@ -151,8 +151,23 @@ TEST(Paper, ServesTheLargestGainFirstWhenTheBudgetIsShort) {
                 {0.8f, 1.2f, 0.8f, 1.2f},
                 {1, 1, 1, 1}},
                &film);
-    // 8 wanted by the first three; the second has the largest D, the first comes before its equal.
-    EXPECT_THAT(planner->NextPass(film, 11).counts, ElementsAre(3, 8, 0, 0));
+    // The first three want 8 each.
+    EXPECT_THAT(planner->NextPass(film, 11).counts, ElementsAre(4, 3, 4, 0));
+}
+
+TEST(Paper, PrintedTakesTheVarianceOverAllSamples) {
+    // c: the even samples 1, 3, Var = 1. f: 1, 4, 3, 4 with s^2 = 2, Var = .5: D = 5/3 + .5.
+    const auto d = [](float odd) {
+        Film film({0, 0, 1, 1}, 1, 1);
+        const auto planner = MakePlanner("paper:mode=printed");
+        planner->NextPass(film, 1000);
+        AddSamples({{1, odd, 3, odd}}, &film);
+        return planner->NextPass(film, 1000).counts;
+    };
+    EXPECT_THAT(d(4), ElementsAre(8));
+    // Odd samples far away: within the halves s^2 is what it was, over all of them Var[f] - Var[c]
+    // exceeds k, and the pixel stops.
+    EXPECT_THAT(d(9), testing::IsEmpty());
 }
 
 TEST(Paper, APixelWithoutAFiniteSampleStops) {

@@ -123,6 +123,37 @@ TEST(Spread, PilotLeavesNobodyOutForAPair) {
     EXPECT_EQ(Sum(SpreadPilot(100, 4, 37)), 37u);
 }
 
+TEST(Spread, ScalesDownInProportionToASample) {
+    std::vector<std::uint32_t> wanted(60 * 40);
+    for (std::size_t i = 0; i < wanted.size(); ++i) {
+        wanted[i] = 1u << (i / 7 % 4);
+    }
+    const std::uint64_t total = Sum(wanted);
+    for (const std::uint64_t samples : {std::uint64_t{0}, std::uint64_t{1}, total / 3, total - 1}) {
+        std::vector<std::uint32_t> counts = wanted;
+        ScaleDown(samples, &counts);
+        EXPECT_EQ(Sum(counts), samples);
+        for (std::size_t i = 0; i < counts.size(); ++i) {
+            const double part =
+                static_cast<double>(wanted[i] * samples) / static_cast<double>(total);
+            EXPECT_NEAR(counts[i], part, 1);
+        }
+    }
+    std::vector<std::uint32_t> counts = wanted;
+    ScaleDown(total + 5, &counts);
+    EXPECT_EQ(counts, wanted);
+    // Equal ones are served scattered: half a sample for each pixel of every 10x10 block.
+    counts.assign(60 * 40, 1);
+    ScaleDown(60 * 40 / 2, &counts);
+    for (std::size_t block = 0; block < 24; ++block) {
+        std::uint32_t got = 0;
+        for (std::size_t i = 0; i < 100; ++i) {
+            got += counts[(block / 6 * 10 + i / 10) * 60 + block % 6 * 10 + i % 10];
+        }
+        EXPECT_NEAR(got, 50, 8);
+    }
+}
+
 TEST(Uniform, DoublesUntilTheBudgetIsSpent) {
     Film film({0, 0, 10, 10}, 10, 10);
     const PlannedJob run = RunPlanner("uniform", &film, 6400);

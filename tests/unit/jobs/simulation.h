@@ -51,7 +51,7 @@ inline FarmRun RunFarm(const std::string& sampler, const TileRect& window, int t
     std::map<WorkerId, std::vector<Held>> workers;
     const auto add_worker = [&] {
         const WorkerId id = queue.AddWorker("w", "class", 1, now);
-        queue.SetCredits(id, 3);
+        queue.SetCredits(id, 3, 0);
         workers[id];
     };
     for (int i = 0; i < habits.workers; ++i) {

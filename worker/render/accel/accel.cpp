@@ -8,6 +8,7 @@
 
 #include "core/base/parallel.h"
 #include "worker/render/accel/device.h"
+#include "worker/render/floating_point_mode.h"
 #include "worker/render/sampler/hash.h"
 
 namespace relume::render {
@@ -16,6 +17,8 @@ namespace {
 // Below this many triangles, copies of instanced meshes cost less memory than textures do, and one
 // level of structure is faster than two.
 constexpr std::uint64_t kFlattenTriangles = 2'000'000;
+
+constexpr float kSmallest = std::numeric_limits<float>::min();
 
 // What the filter of a partly transparent mesh needs.
 struct FilterMesh {
@@ -119,6 +122,7 @@ Accel::Accel(const Scene& scene, const std::vector<CompiledMaterial>& materials,
         ++uses[static_cast<std::size_t>(instance.mesh)];
     }
     ParallelFor(0, scene.meshes.size(), 1, [&](std::size_t begin, std::size_t end) {
+        const FloatingPointMode mode;
         for (std::size_t i = begin; i < end; ++i) {
             const Mesh& mesh = scene.meshes[i];
             const CompiledMaterial& material = materials[static_cast<std::size_t>(mesh.material)];
@@ -173,11 +177,14 @@ Accel::Accel(const Scene& scene, const std::vector<CompiledMaterial>& materials,
                                         instance.to_world.rows().data());
                 rtcCommitGeometry(geometry);
                 object.nested = true;
-                float scale = 0;
-                for (const float m : object.linear) {
-                    scale = std::max(scale, std::abs(m));
+                object.extent = object.scale * LargestCoordinate(bounds[mesh_index]);
+            }
+            if (object.triangles == nullptr) {  // where each triangle's size is not kept
+                float largest = 0;
+                for (const Vec3u t : mesh.triangles) {
+                    largest = std::max(largest, LargestEdge(mesh, t));
                 }
-                object.extent = scale * LargestCoordinate(bounds[mesh_index]);
+                object.extent = std::max(object.extent, object.scale * largest);
             }
             rtcAttachGeometryByID(embree.scene, geometry, static_cast<unsigned>(i));
             rtcReleaseGeometry(geometry);
@@ -221,11 +228,18 @@ bool Accel::Intersect(const Ray& ray, Hit* hit) const {
     if (object.triangles != nullptr) {  // shading will want it
         _mm_prefetch(reinterpret_cast<const char*>(object.triangles + hit->triangle), _MM_HINT_T0);
     }
+    // Scaled first: the square of a small triangle's normal would underflow, of a large one's
+    // overflow.
+    hit->normal = hit->normal / std::max(MaxComponent(Max(hit->normal, -hit->normal)), kSmallest);
     if (object.nested) {
         hit->normal = object.TransformNormal(hit->normal);
+        hit->normal =
+            hit->normal / std::max(MaxComponent(Max(hit->normal, -hit->normal)), kSmallest);
     } else if (object.mirrored) {
         hit->normal = -hit->normal;
     }
+    const float length2 = Length2(hit->normal);
+    hit->normal = length2 > 0 ? hit->normal / std::sqrt(length2) : -Normalize(ray.direction);
     return true;
 }
 

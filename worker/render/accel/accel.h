@@ -21,7 +21,7 @@ struct Ray {
 struct Hit {
     float t = 0, u = 0, v = 0;
     std::uint32_t object = 0, triangle = 0;
-    Vec3f normal;  // of the triangle's front, world space, any length
+    Vec3f normal;  // of the triangle's front, world space, unit length
 };
 
 // The scene's triangles behind Embree. Immutable, thread-safe. Meshes of one instance lie in one

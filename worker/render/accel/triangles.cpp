@@ -54,7 +54,19 @@ Tangents TangentsFromUvs(const Mesh& mesh) {
     return t;
 }
 
+// A positive float by its upper half, rounded up.
+std::uint16_t UpperHalf(float v) {
+    return static_cast<std::uint16_t>((std::bit_cast<std::uint32_t>(v) + 0xffffu) >> 16);
+}
+
 }  // namespace
+
+float LargestEdge(const Mesh& mesh, Vec3u triangle) {
+    const Vec3f a = mesh.positions[triangle.x], b = mesh.positions[triangle.y],
+                c = mesh.positions[triangle.z];
+    const Vec3f box = Max(a, Max(b, c)) - Min(a, Min(b, c));
+    return MaxComponent(box);
+}
 
 std::vector<TriangleData> GatherTriangles(const Mesh& mesh, bool tangents) {
     std::vector<TriangleData> gathered(mesh.triangles.size());
@@ -67,6 +79,7 @@ std::vector<TriangleData> GatherTriangles(const Mesh& mesh, bool tangents) {
         TriangleData& t = gathered[i];
         t = {};
         const Vec3u triangle = mesh.triangles[i];
+        t.size = UpperHalf(LargestEdge(mesh, triangle));
         const std::uint32_t vertices[3] = {triangle.x, triangle.y, triangle.z};
         for (int k = 0; k < 3; ++k) {
             const std::uint32_t v = vertices[k];
@@ -79,10 +92,10 @@ std::vector<TriangleData> GatherTriangles(const Mesh& mesh, bool tangents) {
             if (tangents && given) {
                 Quantize(mesh.tangents[v], t.tangents[k]);
                 const bool negative = v < mesh.tangent_signs.size() && mesh.tangent_signs[v] < 0;
-                t.tangent_signs |= negative ? 1 << k : 0;
+                t.tangent_signs |= static_cast<std::uint16_t>(negative ? 1 << k : 0);
             } else if (!made.directions.empty()) {
                 Quantize(made.directions[v], t.tangents[k]);
-                t.tangent_signs |= made.signs[i] < 0 ? 1 << k : 0;
+                t.tangent_signs |= static_cast<std::uint16_t>(made.signs[i] < 0 ? 1 << k : 0);
             }
         }
     }
@@ -99,6 +112,11 @@ void Object::SetTransform(const Transform& to_world) {
             linear[3 * r + c] = column[r];
             normals[3 * r + c] = normal[r];
         }
+    }
+    scale = 0;
+    for (int r = 0; r < 3; ++r) {
+        scale = std::max(scale, std::abs(linear[3 * r]) + std::abs(linear[3 * r + 1]) +
+                                    std::abs(linear[3 * r + 2]));
     }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <vector>
 
@@ -15,7 +16,12 @@ struct alignas(64) TriangleData {
     Vec2f uv[3];
     std::int16_t normals[3][3];   // object space, times 32767
     std::int16_t tangents[3][3];  // object space, times 32767
-    std::int32_t tangent_signs;   // bit i set: that vertex's bitangent is -cross(normal, tangent)
+    std::uint16_t tangent_signs;  // bit i set: that vertex's bitangent is -cross(normal, tangent)
+    std::uint16_t size;           // see Size
+
+    // Largest coordinate of the edges, object space, rounded up: the scale of the rounding errors
+    // of hits.
+    float Size() const { return std::bit_cast<float>(static_cast<std::uint32_t>(size) << 16); }
 
     Vec2f Uv(float u, float v) const { return uv[0] * (1 - u - v) + uv[1] * u + uv[2] * v; }
     // Not normalised.
@@ -34,6 +40,9 @@ static_assert(sizeof(TriangleData) == 64);
 // One entry a triangle. `tangents`: fill in tangents too (those of the mesh, or made from its uvs).
 std::vector<TriangleData> GatherTriangles(const Mesh& mesh, bool tangents);
 
+// Largest coordinate of the edges of a triangle.
+float LargestEdge(const Mesh& mesh, Vec3u triangle);
+
 // An instance of a mesh, as shading sees it.
 struct Object {
     const TriangleData* triangles = nullptr;  // null: flat and without uvs
@@ -44,8 +53,8 @@ struct Object {
     bool nested = false;       // Embree gives normals in object space
     bool transformed = false;  // object space is not world space
     bool mirrored = false;     // the transform turns triangles inside out
-    float extent =
-        0;  // largest coordinate met on the way from object to world: scale of rounding errors
+    float extent = 0;  // world space: the scale of rounding errors that all its triangles share
+    float scale = 1;   // object to world: bound of how much a largest coordinate grows
     float linear[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};   // rows: object to world, for tangents
     float normals[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};  // its transposed inverse, scaled, for normals
 

@@ -9,8 +9,8 @@ namespace {
 // Russian roulette begins at this vertex.
 constexpr int kFirstRoulette = 2;
 
-// Shadow rays end this much short of their light, relative to its distance.
-constexpr float kShadowEnd = 1 - 1e-4f;
+// Shadow rays end this much short of their light, relative to its distance, at least.
+constexpr float kShadowGap = 1e-5f;
 
 bool IsBlack(Rgb c) { return c.x == 0 && c.y == 0 && c.z == 0; }
 
@@ -30,6 +30,7 @@ PathTracer::PathTracer(const Accel& accel, const std::vector<CompiledMaterial>& 
         blends_ = blends_ || m.alpha_mode == AlphaMode::kBlend;
     }
     last_is_any_hit_ = !lights.has_emissive_surfaces();
+    last_finds_nothing_ = last_is_any_hit_ && !lights.has_environment();
     if (!bounds.empty()) {
         center_ = bounds.center();
         radius_ = bounds.radius();
@@ -99,18 +100,18 @@ bool PathTracer::Extend(Path* path, int depth) const {
     }
     if (depth == max_depth_ && last_is_any_hit_ && !path->features_open) {
         if (!accel_.Occluded(ray)) {
-            Leave(path, depth);
+            Leave(path);
         }
         return false;
     }
     if (!accel_.Intersect(ray, &path->hit)) {
-        Leave(path, depth);
+        Leave(path);
         return false;
     }
     return true;
 }
 
-void PathTracer::Leave(Path* path, int) const {
+void PathTracer::Leave(Path* path) const {
     Rgb radiance;
     if (lights_.has_environment()) {
         float pdf = 0;
@@ -128,6 +129,7 @@ void PathTracer::Leave(Path* path, int) const {
 
 bool PathTracer::Shade(Path* path, int depth) const {
     path->has_shadow_ray = false;
+    path->shadow_is_feature = false;
     const Object& object = accel_.objects()[path->hit.object];
     const CompiledMaterial& material = materials_[object.material];
     const Surface surface = MakeSurface(object, path->hit, path->origin, path->direction,
@@ -145,6 +147,9 @@ bool PathTracer::Shade(Path* path, int depth) const {
     }
     if (bsdf.HasSmoothLobe() && !lights_.black()) {
         SampleLight(surface, bsdf, depth, path);
+    }
+    if (depth + 1 == max_depth_ && last_finds_nothing_ && !path->features_open) {
+        return false;
     }
     return SampleDirection(surface, bsdf, depth, path);
 }
@@ -176,7 +181,8 @@ void PathTracer::WriteFeatures(const Surface& surface, const Bsdf& bsdf, Path* p
 void PathTracer::SampleLight(const Surface& surface, const Bsdf& bsdf, int depth,
                              Path* path) const {
     const std::uint32_t base = VertexBase(depth);
-    const float choice = lights_.single() ? 0 : path->sampler.One(base + kLightChoiceDimension);
+    const std::uint32_t choice =
+        lights_.single() ? 0 : path->sampler.OneBits(base + kLightChoiceDimension);
     const auto light =
         lights_.Sample(surface.point, choice, path->sampler.Pair(base + kLightDimension));
     if (!light) {
@@ -201,7 +207,7 @@ void PathTracer::SampleLight(const Surface& surface, const Bsdf& bsdf, int depth
         ray.far = light->distance;
     } else {
         ray.direction = surface.point + light->wi * light->distance - ray.origin;
-        ray.far = kShadowEnd;
+        ray.far = 1 - std::max(kShadowGap, light->clearance / light->distance);
     }
     ray.seed = blends_ ? path->sampler.Bits(base + kShadowDimension) : 0;
 }

@@ -39,7 +39,7 @@ class PathTracer {
     void Start(const SampleRequest& request, Path* path) const;
     // Finds the next vertex. False if the ray left the scene: the path has ended.
     bool Extend(Path* path, int depth) const;
-    void Leave(Path* path, int depth) const;
+    void Leave(Path* path) const;
     // Emission, features, light, and the next direction. False if the path has ended.
     bool Shade(Path* path, int depth) const;
     void AddEmission(const Surface& surface, const CompiledMaterial& material, Path* path) const;
@@ -57,6 +57,7 @@ class PathTracer {
     int max_depth_;
     bool blends_ = false;           // some surface is partly transparent
     bool last_is_any_hit_ = false;  // the last segment can only find the environment
+    bool last_finds_nothing_ = false;  // not even that
     Vec3f center_;                  // of the scene's bounding sphere
     float radius_ = 0;
 };

@@ -1,5 +1,6 @@
 #include "worker/render/light/alias_table.h"
 
+#include <algorithm>
 #include <numeric>
 
 namespace relume::render {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -19,10 +18,12 @@ class AliasTable {
     std::size_t size() const { return entries_.size(); }
     float Probability(std::size_t i) const { return entries_[i].probability; }
 
-    std::size_t Sample(float u) const {
-        const float x = u * static_cast<float>(entries_.size());
-        const std::size_t i = std::min(static_cast<std::size_t>(x), entries_.size() - 1);
-        return x - static_cast<float>(i) < entries_[i].threshold ? i : entries_[i].alias;
+    // 32 uniform bits: a float's 24 would leave too few for the threshold among many entries.
+    std::size_t Sample(std::uint32_t bits) const {
+        const std::uint64_t x = static_cast<std::uint64_t>(bits) * entries_.size();
+        const Entry& entry = entries_[x >> 32];
+        const float rest = static_cast<float>(static_cast<std::uint32_t>(x) >> 8) * 0x1p-24f;
+        return rest < entry.threshold ? static_cast<std::size_t>(x >> 32) : entry.alias;
     }
 
   private:

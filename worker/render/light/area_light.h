@@ -11,8 +11,8 @@ struct alignas(64) AreaLight {
     Vec3f p0, e1, e2;  // points are p0 + b1 e1 + b2 e2
     Vec3f normal;      // unit length, of the front
     float pdf = 0;     // density per area of being drawn, choice of light included
+    float size = 0;    // largest coordinate of the edges
     std::uint32_t object = 0, triangle = 0;
-    std::uint32_t material = 0;
 };
 static_assert(sizeof(AreaLight) == 64);
 

@@ -10,6 +10,7 @@ namespace relume::render {
 struct LightSample {
     Vec3f wi;  // unit length, to the light
     float distance = std::numeric_limits<float>::infinity();
+    float clearance = 0;  // a shadow ray that ends this much short does not meet the light itself
     Rgb radiance;  // of a delta light: what f cos is multiplied by (W/sr over distance^2, or W/m^2)
     float pdf =
         0;  // per solid angle, choice of light included; of a delta light: of the choice alone

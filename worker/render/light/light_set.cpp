@@ -16,14 +16,19 @@ constexpr std::uint32_t kEmissionPoints = 64;
 
 float MeanEmission(const CompiledMaterial& material, const TextureSet& textures,
                    const TriangleData* data) {
-    if (material.emissive_texture < 0 || data == nullptr) {
-        return Average(Emission(material, textures, {}));
+    const bool uniform = material.emissive_texture < 0 &&
+                         !(material.SeesThrough() && material.base_color_texture >= 0);
+    if (uniform || data == nullptr) {
+        return Average(Emission(material, textures, {})) *
+               (material.SeesThrough() ? Opacity(material, textures, {}) : 1);
     }
     float sum = 0;
     for (std::uint32_t i = 0; i < kEmissionPoints; ++i) {
         const Barycentric b = SampleTriangle({(static_cast<float>(i) + 0.5f) / kEmissionPoints,
                                               static_cast<float>(ReverseBits(i)) * 0x1p-32f});
-        sum += Average(Emission(material, textures, data->Uv(b.b1, b.b2)));
+        const Vec2f uv = data->Uv(b.b1, b.b2);
+        sum += Average(Emission(material, textures, uv)) *
+               (material.SeesThrough() ? Opacity(material, textures, uv) : 1);
     }
     return sum / kEmissionPoints;
 }
@@ -67,11 +72,11 @@ LightSet::LightSet(const Scene& scene, const std::vector<CompiledMaterial>& mate
         }
     }
     table_ = AliasTable(powers);
-    if (table_.empty()) {
-        return;
-    }
     for (std::size_t i = 0; i < areas_.size(); ++i) {
-        areas_[i].pdf *= table_.Probability(i);  // was 1 / area
+        areas_[i].pdf *= black() ? 0 : table_.Probability(i);  // was 1 / area
+    }
+    if (black()) {
+        return;
     }
     if (!environment_.black()) {
         environment_probability_ = table_.Probability(table_.size() - 1);
@@ -94,9 +99,9 @@ void LightSet::AddAreaLights(const Scene& scene, Accel* accel, std::vector<doubl
             light.p0 = instance.to_world.Point(mesh.positions[v.x]);
             light.e1 = instance.to_world.Point(mesh.positions[v.y]) - light.p0;
             light.e2 = instance.to_world.Point(mesh.positions[v.z]) - light.p0;
+            light.size = LargestEdge(mesh, v) * object.scale;
             light.object = static_cast<std::uint32_t>(o);
             light.triangle = static_cast<std::uint32_t>(i);
-            light.material = static_cast<std::uint32_t>(mesh.material);
             const Vec3f normal = Cross(light.e1, light.e2) * (object.mirrored ? -1.0f : 1.0f);
             const float length = Length(normal);
             double power = 0;
@@ -125,7 +130,8 @@ std::optional<LightSample> LightSet::SampleArea(const AreaLight& light, Vec3f p,
     sample.distance = std::sqrt(distance2);
     sample.wi = to_light * (1 / sample.distance);
     float cosine = -Dot(light.normal, sample.wi);
-    const CompiledMaterial& material = materials_[light.material];
+    const Object& object = accel_.objects()[light.object];
+    const CompiledMaterial& material = materials_[object.material];
     if (material.double_sided) {
         cosine = std::abs(cosine);
     }
@@ -133,16 +139,21 @@ std::optional<LightSample> LightSet::SampleArea(const AreaLight& light, Vec3f p,
         return std::nullopt;
     }
     Vec2f uv;
-    const Object& object = accel_.objects()[light.object];
     if (object.triangles != nullptr) {
         uv = object.triangles[light.triangle].Uv(b.b1, b.b2);
     }
     sample.radiance = Emission(material, textures_, uv);
+    if (material.SeesThrough()) {  // a ray that comes by chance is stopped as often
+        sample.radiance *= Opacity(material, textures_, uv);
+    }
     sample.pdf = light.pdf * distance2 / cosine;
+    const Vec3f q = p + to_light;
+    const float coordinate = std::max({std::abs(q.x), std::abs(q.y), std::abs(q.z), light.size});
+    sample.clearance = std::min(coordinate * 0x1p-19f / cosine, 0.5f * sample.distance);
     return sample;
 }
 
-std::optional<LightSample> LightSet::Sample(Vec3f p, float choice, Vec2f u) const {
+std::optional<LightSample> LightSet::Sample(Vec3f p, std::uint32_t choice, Vec2f u) const {
     const std::size_t i = single() ? 0 : table_.Sample(choice);
     if (i < areas_.size()) {
         return SampleArea(areas_[i], p, u);
@@ -165,7 +176,7 @@ std::optional<LightSample> LightSet::Sample(Vec3f p, float choice, Vec2f u) cons
 float LightSet::AreaPdf(const Object& object, std::uint32_t triangle, float distance,
                         Vec3f direction, Vec3f normal) const {
     const AreaLight& light = areas_[static_cast<std::size_t>(object.first_light) + triangle];
-    const float cosine = std::abs(Dot(normal, direction)) / Length(normal);
+    const float cosine = std::abs(Dot(normal, direction));
     return cosine > 0 ? light.pdf * distance * distance / cosine : 0;
 }
 

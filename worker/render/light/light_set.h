@@ -32,10 +32,11 @@ class LightSet {
     std::size_t size() const { return table_.size(); }
 
     // Light from one light towards p; empty if none goes there.
-    std::optional<LightSample> Sample(Vec3f p, float choice, Vec2f u) const;
+    // `choice`: 32 uniform bits.
+    std::optional<LightSample> Sample(Vec3f p, std::uint32_t choice, Vec2f u) const;
 
     // Density with which Sample, called at the origin of a ray, would have chosen the point where
-    // that ray hit an object that is a light. `direction` is unit length, `normal` any length.
+    // that ray hit an object that is a light. `direction` and `normal` have unit length.
     float AreaPdf(const Object& object, std::uint32_t triangle, float distance, Vec3f direction,
                   Vec3f normal) const;
     // The same for a ray that left the scene, with the radiance there. Black without an

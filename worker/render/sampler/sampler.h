@@ -33,9 +33,12 @@ class Sampler {
     }
 
     // In [0, 1), stratified over the samples of the pixel.
-    float One(std::uint32_t dimension) const {
+    float One(std::uint32_t dimension) const { return ToUnit(OneBits(dimension)); }
+
+    // The same as a binary fraction of 32 digits.
+    std::uint32_t OneBits(std::uint32_t dimension) const {
         const std::uint32_t key = Hash(key_, dimension);
-        return ToUnit(Scramble(LaineKarras(reversed_index_, key), Mix(key + 0x51633e2du)));
+        return Scramble(LaineKarras(reversed_index_, key), Mix(key + 0x51633e2du));
     }
 
     // 32 bits without structure, for decisions that gain nothing from stratification.

@@ -26,14 +26,15 @@ inline std::uint32_t LaineKarras(std::uint32_t x, std::uint32_t seed) {
 }
 
 // Second Sobol' dimension of a point whose index is given with its bits reversed (which is the
-// first dimension): its matrix is Pascal's triangle modulo 2, applied here in five steps.
+// first dimension). Its matrix is Pascal's triangle modulo 2: digit j is the sum of the index bits i
+// whose binary digits include those of j (Lucas), applied here in five steps.
 inline std::uint32_t SecondSobol(std::uint32_t reversed_index) {
     std::uint32_t v = reversed_index;
-    v ^= v >> 16;
-    v ^= (v & 0xff00ff00u) >> 8;
-    v ^= (v & 0xf0f0f0f0u) >> 4;
-    v ^= (v & 0xccccccccu) >> 2;
-    v ^= (v & 0xaaaaaaaau) >> 1;
+    v ^= v << 16;
+    v ^= (v & 0x00ff00ffu) << 8;
+    v ^= (v & 0x0f0f0f0fu) << 4;
+    v ^= (v & 0x33333333u) << 2;
+    v ^= (v & 0x55555555u) << 1;
     return v;
 }
 

@@ -45,6 +45,7 @@ Span Locate(float t, int size, WrapMode wrap, bool nearest) {
             break;
         }
     }
+    t = t >= 0 && t <= 1 ? t : 0;  // infinite coordinates come out as NaN
     const float x = t * static_cast<float>(size);
     if (nearest) {
         const int i = std::min(static_cast<int>(x), size - 1);

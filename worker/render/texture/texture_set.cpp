@@ -1,11 +1,14 @@
 #include "worker/render/texture/texture_set.h"
 
+#include <fmt/format.h>
 #include <sys/mman.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <cstring>
 #include <new>
 
+#include "core/base/error.h"
 #include "core/base/parallel.h"
 
 namespace relume::render {
@@ -58,6 +61,14 @@ TextureSet::TextureSet(const Scene& scene, const std::vector<bool>& used) {
         const std::size_t index = static_cast<std::size_t>(scene.textures[i].image);
         const SceneImage& image = scene.images[index];
         TextureView& picture = pictures[index];
+        const std::size_t values = static_cast<std::size_t>(image.width) *
+                                   static_cast<std::size_t>(image.height) *
+                                   static_cast<std::size_t>(image.channels);
+        if (values == 0 || std::max(image.bytes.size(), image.floats.size()) < values) {
+            ThrowInvalidArgument(
+                fmt::format("{}: the picture has no pixels; load the scene with its images",
+                            image.name));
+        }
         if (storage_[index] == nullptr) {
             // A picture of one colour is one texel.
             const bool uniform = IsUniform(image);

@@ -1,0 +1,42 @@
+// relume cancel: ends jobs that are not over.
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "client/cli/commands.h"
+#include "client/cli/exit_codes.h"
+#include "client/cli/options.h"
+#include "client/lib/client.h"
+#include "client/lib/job_names.h"
+
+namespace relume::client {
+namespace {
+
+struct CancelOptions {
+    std::vector<std::string> jobs;
+    std::string server;
+};
+
+int RunCancel(const CancelOptions& options) {
+    Client client(RequireServer(options.server));
+    for (const auto& name : options.jobs) {
+        const v1::Job job = client.Cancel(name);
+        fmt::print("{}: {}\n", job.name(), StateName(job.state()));
+    }
+    return kExitDone;
+}
+
+}  // namespace
+
+Runner AddCancel(CLI::App* app) {
+    const auto options = std::make_shared<CancelOptions>();
+    app->add_option("JOB", options->jobs, "their names; a job that is over stays as it is")
+        ->required();
+    AddServerOption(app, &options->server);
+    return [options](Interrupts*) { return RunCancel(*options); };
+}
+
+}  // namespace relume::client

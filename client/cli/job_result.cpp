@@ -1,0 +1,98 @@
+#include "client/cli/job_result.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <chrono>
+#include <list>
+
+#include "client/cli/exit_codes.h"
+#include "client/cli/progress.h"
+#include "client/lib/job_names.h"
+#include "core/image/exr.h"
+#include "core/image/png_view.h"
+
+namespace relume::client {
+
+void RequireSuccess(const v1::Job& job) {
+    if (job.state() == v1::JOB_STATE_SUCCEEDED) {
+        return;
+    }
+    if (!IsOver(job.state())) {
+        throw CommandError(kExitJob, fmt::format("{} is not over, it is {}; see `relume watch {}`",
+                                                 job.name(), StateName(job.state()), job.name()));
+    }
+    throw CommandError(
+        kExitJob, fmt::format("{} {}{}", job.name(),
+                              job.state() == v1::JOB_STATE_FAILED ? "has failed" : "was cancelled",
+                              job.message().empty() ? "" : ": " + job.message()));
+}
+
+void SaveResult(Client* client, const v1::Job& job, const OutputOptions& output,
+                ReportFacts* facts) {
+    const auto start = std::chrono::steady_clock::now();
+    std::list<OutputFile> files;
+    OutputFile& image = files.emplace_back(output.image);
+    client->Fetch(job.name(), &image);
+    if (!output.png.empty()) {
+        files.emplace_back(output.png).Append(EncodePngView(ReadExr(image.temporary())));
+    }
+    facts->output = output.image;
+    facts->fetch = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    facts->total += facts->fetch;
+    if (!output.report.empty()) {
+        files.emplace_back(output.report).Append(MakeReport(job, *facts).dump(2) + "\n");
+    }
+    for (auto& file : files) {
+        file.Commit();
+    }
+}
+
+std::string DescribeJob(const v1::Job& job) {
+    const auto& settings = job.spec().settings();
+    std::string text = fmt::format("{}: {}, {}x{}", job.name(), StateName(job.state()),
+                                   settings.width(), settings.height());
+    if (job.samples_done() > 0) {
+        text +=
+            fmt::format(", {:.2f} spp in {}", MeanSpp(job), FormatDuration(job.render_seconds()));
+    }
+    if (job.relmse() > 0) {
+        text += fmt::format(", estimated RelMSE {:.3g} before the filter", job.relmse());
+    }
+    if (!job.message().empty()) {
+        text += " (" + job.message() + ")";
+    }
+    return text;
+}
+
+std::string FormatTime(const google::protobuf::Timestamp& time) {
+    if (time.seconds() == 0) {
+        return "";
+    }
+    return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}",
+                       fmt::gmtime(static_cast<std::time_t>(time.seconds())));
+}
+
+nlohmann::ordered_json JobJson(const v1::Job& job) {
+    const auto& settings = job.spec().settings();
+    return {{"job", job.name()},
+            {"name", job.spec().display_name()},
+            {"state", StateName(job.state())},
+            {"message", job.message()},
+            {"scene", job.spec().scene().main()},
+            {"width", settings.width()},
+            {"height", settings.height()},
+            {"samples", job.samples_done()},
+            {"budget", job.samples_budget()},
+            {"spp", MeanSpp(job)},
+            {"relmse", job.relmse()},
+            {"render_seconds", job.render_seconds()},
+            {"sampler", job.spec().sampler()},
+            {"filter", job.spec().filter()},
+            {"created", FormatTime(job.create_time())},
+            {"ended", FormatTime(job.end_time())},
+            {"image_sha256", job.image_sha256()},
+            {"image_bytes", job.result_size()}};
+}
+
+}  // namespace relume::client

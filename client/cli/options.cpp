@@ -1,0 +1,105 @@
+#include "client/cli/options.h"
+
+#include <fmt/format.h>
+
+#include <cstdlib>
+
+#include "core/base/error.h"
+
+namespace relume::client {
+
+void AddJobOptions(CLI::App* app, JobOptions* options) {
+    app->add_option("SCENE", options->scene, "scene file (.gltf, .glb)")->required();
+    app->add_option("--name", options->name, "what people call the job");
+    app->add_option_function<std::string>(
+           "--size", [options](const std::string& text) { options->size = ParseSize(text); },
+           "size of the full image [720 lines in the camera's shape, else 1280x720]")
+        ->type_name("WxH");
+    app->add_option_function<std::string>(
+           "--crop", [options](const std::string& text) { options->crop = ParseCrop(text); },
+           "render these pixels alone: X0 <= x < X1, Y0 <= y < Y1, y down")
+        ->type_name("X0,Y0,X1,Y1");
+    app->add_option_function<std::string>(
+           "--spp", [options](const std::string& text) { options->spp = ParseSpp(text); },
+           "budget: mean samples a pixel [32]")
+        ->type_name("N");
+    app->add_option("--sampler", options->sampler,
+                    "where samples go; see `relume help samplers` [paper:mode=corrected]");
+    app->add_option("--filter", options->filter,
+                    "what takes the noise out; see `relume help filters` "
+                    "[bilateral:mode=corrected]");
+    app->add_option("--seed", options->seed, "another seed, other noise [0]");
+    app->add_option("--max-depth", options->max_depth,
+                    "longest path in segments; 1: only what shines itself [8]")
+        ->check(CLI::Range(1, 1024));
+    app->add_option("--camera", options->camera, "name or index of a camera in the scene [0]");
+    app->add_option("--lens-radius", options->lens_radius,
+                    "of the aperture, scene units; 0: a pinhole [the camera's own]")
+        ->check(CLI::NonNegativeNumber);
+    app->add_option("--focus-distance", options->focus_distance,
+                    "of the plane in focus, scene units [the camera's own]")
+        ->check(CLI::PositiveNumber);
+    app->add_option("--environment", options->environment,
+                    "latitude-longitude map (.hdr, .exr) that lights the scene")
+        ->type_name("FILE");
+    app->add_option("--environment-scale", options->environment_scale, "times its radiance [1]")
+        ->check(CLI::NonNegativeNumber);
+    app->add_flag("--allow-black", options->allow_black, "render although nothing shines");
+    app->add_option("--tile-size", options->tile_size,
+                    "pixels a side of the units of work; the image does not depend on it [32]")
+        ->check(CLI::Range(8, 64));
+    app->add_option("--layers", options->layers,
+                    "basic, or all: also the two halves and the features' variances [basic]")
+        ->check(CLI::IsMember({"basic", "all"}));
+}
+
+void AddOutputOptions(CLI::App* app, OutputOptions* options) {
+    app->add_option("-o,--output", options->image, "the image with all its layers (.exr)")
+        ->required()
+        ->type_name("FILE");
+    app->add_option("--png", options->png, "an sRGB view of it, too")->type_name("FILE");
+    app->add_option("--report", options->report, "how it was rendered, as JSON")->type_name("FILE");
+}
+
+void CheckOutputs(const OutputOptions& options) {
+    for (const auto* path : {&options.image, &options.png, &options.report}) {
+        if (!path->empty() || path == &options.image) {
+            CheckOutput(*path);
+        }
+    }
+}
+
+void AddServerOption(CLI::App* app, std::string* given) {
+    app->add_option("--server", *given, "address of the server [RELUME_SERVER]")
+        ->type_name("HOST:PORT");
+}
+
+std::string FindServer(const std::string& given) {
+    const char* environment = std::getenv("RELUME_SERVER");
+    const std::string server = !given.empty() ? given : environment != nullptr ? environment : "";
+    if (!server.empty() && server.find(':') == std::string::npos) {
+        ThrowInvalidArgument(
+            fmt::format("server '{}': must be HOST:PORT, e.g. {}:7878", server, server));
+    }
+    return server;
+}
+
+std::string RequireServer(const std::string& given) {
+    std::string server = FindServer(given);
+    if (server.empty()) {
+        ThrowInvalidArgument(
+            "which server? say --server HOST:PORT, or set RELUME_SERVER; `relume farm` starts one "
+            "on this machine");
+    }
+    return server;
+}
+
+void AddQuietOption(CLI::App* app, TalkOptions* options) {
+    app->add_flag("--quiet", options->quiet, "no progress and no notes");
+}
+
+void AddJsonOption(CLI::App* app, TalkOptions* options) {
+    app->add_flag("--json", options->json, "results as JSON");
+}
+
+}  // namespace relume::client

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "client/cli/option_values.h"
+#include "client/lib/output_file.h"
+
+namespace relume::client {
+
+// Groups of options that several commands share. The structs must outlive the parsing: commands
+// keep them in a shared_ptr that their Runner holds.
+
+// What a job is: everything of v1.JobSpec.
+struct JobOptions {
+    std::string scene;
+    std::string name;
+    std::optional<Size> size;  // unset: by the camera's shape
+    TileRect crop;             // empty: the full frame
+    double spp = 32;
+    std::string sampler, filter;  // "": the server's default
+    std::uint32_t seed = 0;
+    int max_depth = 8;
+    std::string camera;
+    std::optional<float> lens_radius, focus_distance;
+    std::string environment;
+    float environment_scale = 1;
+    bool allow_black = false;
+    int tile_size = 32;
+    std::string layers = "basic";
+};
+void AddJobOptions(CLI::App* app, JobOptions* options);
+
+// Where a job's result goes.
+struct OutputOptions {
+    std::string image, png, report;
+};
+void AddOutputOptions(CLI::App* app, OutputOptions* options);
+// Throws OutputError before anything is rendered in vain.
+void CheckOutputs(const OutputOptions& options);
+
+// Which server is asked: --server, else RELUME_SERVER.
+void AddServerOption(CLI::App* app, std::string* given);
+// "" if neither says one.
+std::string FindServer(const std::string& given);
+// Throws kInvalidArgument if neither does.
+std::string RequireServer(const std::string& given);
+
+// How a command speaks.
+struct TalkOptions {
+    bool quiet = false;
+    bool json = false;
+};
+void AddQuietOption(CLI::App* app, TalkOptions* options);
+void AddJsonOption(CLI::App* app, TalkOptions* options);
+
+}  // namespace relume::client

@@ -1,0 +1,63 @@
+// relume workers: who renders for the server.
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "client/cli/commands.h"
+#include "client/cli/exit_codes.h"
+#include "client/cli/options.h"
+#include "client/cli/progress.h"
+#include "client/cli/table.h"
+#include "client/lib/client.h"
+
+namespace relume::client {
+namespace {
+
+struct WorkersOptions {
+    std::string server;
+    TalkOptions talk;
+};
+
+int RunWorkers(const WorkersOptions& options) {
+    Client client(RequireServer(options.server));
+    const auto workers = client.Workers();
+    if (options.talk.json) {
+        auto json = nlohmann::ordered_json::array();
+        for (const auto& worker : workers) {
+            json.push_back({{"name", worker.name()},
+                            {"build", worker.numeric_class().build()},
+                            {"isa", worker.numeric_class().isa()},
+                            {"threads", worker.threads()},
+                            {"leases", worker.leases_held()},
+                            {"samples", worker.samples_done()},
+                            {"samples_per_second", worker.samples_per_second()},
+                            {"seconds_since_report", worker.seconds_since_report()}});
+        }
+        fmt::print("{}\n", json.dump(2));
+        return kExitDone;
+    }
+    std::vector<std::vector<std::string>> rows{
+        {"WORKER", "BUILD", "ISA", "THREADS", "LEASES", "SAMPLES", "SAMPLES/S", "LAST REPORT"}};
+    for (const auto& worker : workers) {
+        rows.push_back({worker.name(), worker.numeric_class().build(), worker.numeric_class().isa(),
+                        std::to_string(worker.threads()), std::to_string(worker.leases_held()),
+                        FormatCount(static_cast<double>(worker.samples_done())),
+                        FormatCount(worker.samples_per_second()),
+                        fmt::format("{:.1f} s ago", worker.seconds_since_report())});
+    }
+    fmt::print("{}", FormatTable(rows));
+    return kExitDone;
+}
+
+}  // namespace
+
+Runner AddWorkers(CLI::App* app) {
+    const auto options = std::make_shared<WorkersOptions>();
+    AddServerOption(app, &options->server);
+    AddJsonOption(app, &options->talk);
+    return [options](Interrupts*) { return RunWorkers(*options); };
+}
+
+}  // namespace relume::client

@@ -1,0 +1,132 @@
+#include "core/image/decode.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <memory>
+
+#include "core/base/error.h"
+#include "core/image/exr.h"
+#include "core/image/float_formats.h"
+
+// Static, so that another copy of the library in the program does no harm.
+#define STB_IMAGE_IMPLEMENTATION
+#define STB_IMAGE_STATIC
+#define STBI_NO_STDIO
+#define STBI_ONLY_PNG
+#define STBI_ONLY_JPEG
+#define STBI_ONLY_TGA
+#include <stb/stb_image.h>
+
+namespace relume {
+namespace {
+
+bool StartsWith(std::string_view bytes, std::string_view magic) {
+    return bytes.substr(0, magic.size()) == magic;
+}
+
+// Feeds stb and notes whether it asked for more than there is, since it takes zeros for missing
+// bytes.
+struct Feed {
+    std::string_view rest;
+    bool past_end = false;
+
+    static int Read(void* user, char* to, int n) {
+        auto* feed = static_cast<Feed*>(user);
+        const std::size_t taken = std::min(feed->rest.size(), static_cast<std::size_t>(n));
+        feed->past_end = feed->past_end || (feed->rest.empty() && n > 0);
+        std::memcpy(to, feed->rest.data(), taken);
+        feed->rest.remove_prefix(taken);
+        return static_cast<int>(taken);
+    }
+    static void Skip(void* user, int n) {
+        auto* feed = static_cast<Feed*>(user);
+        const auto wanted = static_cast<std::size_t>(std::max(n, 0));
+        feed->past_end = feed->past_end || wanted > feed->rest.size();
+        feed->rest.remove_prefix(std::min(wanted, feed->rest.size()));
+    }
+    static int AtEnd(void* user) { return static_cast<Feed*>(user)->rest.empty() ? 1 : 0; }
+};
+
+constexpr stbi_io_callbacks kFeedCallbacks{Feed::Read, Feed::Skip, Feed::AtEnd};
+
+DecodedImage DecodeWithStb(std::string_view bytes, const std::string& name) {
+    const bool has_magic = StartsWith(bytes, "\x89PNG\r\n\x1a\n") || StartsWith(bytes, "\xff\xd8");
+    DecodedImage image;
+    Feed header{bytes};
+    if (stbi_info_from_callbacks(&kFeedCallbacks, &header, &image.width, &image.height,
+                                 &image.channels) == 0) {
+        if (!has_magic) {
+            ThrowInvalidArgument(fmt::format(
+                "{}: is not a PNG, JPEG, TGA, Radiance HDR, OpenEXR or PFM picture; convert it",
+                name));
+        }
+        throw Error(ErrorCode::kDataLoss,
+                    fmt::format("{}: the picture is {} ({}); restore the file", name,
+                                header.past_end ? "truncated" : "damaged", stbi_failure_reason()));
+    }
+    CheckImageSize(image.width, image.height, name);
+    Feed feed{bytes};
+    const std::unique_ptr<stbi_uc, decltype(&stbi_image_free)> pixels(
+        stbi_load_from_callbacks(&kFeedCallbacks, &feed, &image.width, &image.height,
+                                 &image.channels, 0),
+        &stbi_image_free);
+    if (pixels == nullptr || feed.past_end) {
+        throw Error(
+            ErrorCode::kDataLoss,
+            fmt::format(
+                "{}: the picture is {}; restore the file", name,
+                feed.past_end ? "truncated" : fmt::format("damaged ({})", stbi_failure_reason())));
+    }
+    image.bytes.assign(pixels.get(),
+                       pixels.get() + std::size_t{1} * image.width * image.height * image.channels);
+    return image;
+}
+
+// R G B (A), else the one channel there is or Y.
+DecodedImage DecodeExr(std::string_view bytes, const std::string& name) {
+    const Image exr = ParseExr(bytes, name);
+    std::vector<std::string> channels;
+    if (exr.Has("R") && exr.Has("G") && exr.Has("B")) {
+        channels = {"R", "G", "B"};
+        if (exr.Has("A")) {
+            channels.emplace_back("A");
+        }
+    } else if (exr.channels().size() == 1) {
+        channels = exr.channels();
+    } else if (exr.Has("Y")) {
+        channels = {"Y"};
+    } else {
+        ThrowInvalidArgument(fmt::format("{}: a texture needs the channels R, G, B or Y; it has {}",
+                                         name, fmt::join(exr.channels(), ", ")));
+    }
+    DecodedImage image{exr.width(), exr.height(), static_cast<int>(channels.size()), {}, {}};
+    image.floats.resize(exr.pixel_count() * channels.size());
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+        const auto plane = exr.Plane(channels[c]);
+        for (std::size_t i = 0; i < plane.size(); ++i) {
+            image.floats[i * channels.size() + c] = plane[i];
+        }
+    }
+    return image;
+}
+
+}  // namespace
+
+DecodedImage DecodeImage(std::string_view bytes, const std::string& name) {
+    if (StartsWith(bytes, "#?RADIANCE") || StartsWith(bytes, "#?RGBE")) {
+        return DecodeHdr(bytes, name);
+    }
+    if (StartsWith(bytes, "\x76\x2f\x31\x01")) {
+        return DecodeExr(bytes, name);
+    }
+    if (StartsWith(bytes, "PF\n") || StartsWith(bytes, "Pf\n")) {
+        return DecodePfm(bytes, name);
+    }
+    return DecodeWithStb(bytes, name);
+}
+
+}  // namespace relume

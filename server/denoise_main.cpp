@@ -1,0 +1,104 @@
+// relume-denoise: filters one EXR file, ours or another renderer's. `relume denoise` runs it.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "core/image/exr.h"
+#include "server/denoise/channel_names.h"
+#include "server/denoise/denoiser.h"
+#include "server/denoise/frame.h"
+#include "server/denoise/output_image.h"
+
+namespace {
+
+struct Options {
+    std::string input, output, filter = "bilateral", layer;
+    float spp = 0;
+    int threads = 0;
+    bool all_layers = false, describe = false;
+};
+
+// Says on stderr what was missing in the file.
+void Denoise(const Options& options) {
+    const auto denoiser = relume::denoise::MakeDenoiser(options.filter);
+    relume::Image image = relume::ReadExr(options.input);
+    std::vector<std::string> notes;
+    try {
+        if (!options.layer.empty()) {
+            image = relume::denoise::SelectLayer(image, options.layer);
+        }
+        if (options.spp > 0 &&
+            !relume::denoise::FindChannels(image, relume::denoise::Quantity::kCount)) {
+            std::ranges::fill(image.Plane(image.Add("samples.Y")), options.spp);
+        }
+        const auto frame = relume::denoise::FrameFromImage(image, &notes);
+        for (const std::string& note : notes) {
+            fmt::print(stderr, "{}: {}\n", options.input, note);
+        }
+        const auto result = relume::denoise::RunDenoiser(*denoiser, frame, {});
+        relume::Image out = relume::denoise::AssembleLayers(frame, result, options.all_layers);
+        out.SetWindow(image.x0(), image.y0(), image.display_width(), image.display_height());
+        if (image.Has("A")) {
+            std::ranges::copy(image.Plane("A"), out.Plane("A").begin());
+        }
+        out.metadata() = image.metadata();
+        out.metadata()["relume.filter"] = denoiser->Describe();
+        relume::WriteExr(options.output, out);
+    } catch (const relume::Error& error) {
+        // What is said of the picture does not know the file; what is said of a file names it.
+        const std::string what = error.what();
+        if (what.find(options.input) == std::string::npos &&
+            what.find(options.output) == std::string::npos) {
+            throw relume::Error(error.code(), options.input + ": " + what);
+        }
+        throw;
+    }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    Options options;
+    CLI::App app{"Filters the noise out of an EXR file, ours or another renderer's."};
+    auto* input = app.add_option("input", options.input, "EXR to read");
+    auto* output = app.add_option("-o,--output", options.output, "EXR to write");
+    app.add_option("--filter", options.filter, "name:key=value,...; see --describe")
+        ->capture_default_str();
+    app.add_option("--layer", options.layer, "read the channels below this layer of the file");
+    app.add_option("--spp", options.spp,
+                   "samples a pixel, where the file has no samples.Y; 0 = not known")
+        ->check(CLI::Range(0.0, 1e9));
+    app.add_option("--layers", options.all_layers, "basic, or all: also halves and variances")
+        ->transform(
+            CLI::CheckedTransformer(std::map<std::string, bool>{{"basic", false}, {"all", true}}));
+    app.add_option("--threads", options.threads, "0 = one a core")->check(CLI::Range(0, 1024));
+    app.add_flag("--describe", options.describe, "list the filters and their parameters");
+    try {
+        app.parse(argc, argv);
+        if (!options.describe && (input->empty() || output->empty())) {
+            throw CLI::RequiredError("input and --output");
+        }
+    } catch (const CLI::ParseError& error) {
+        return app.exit(error) == 0 ? 0 : 2;
+    }
+    if (options.describe) {
+        fmt::print("{}", relume::denoise::DescribeDenoisers());
+        return 0;
+    }
+    std::signal(SIGPIPE, SIG_IGN);
+    relume::SetThreadCount(options.threads);
+    try {
+        Denoise(options);
+    } catch (const std::exception& error) {
+        fmt::print(stderr, "relume-denoise: {}\n", error.what());
+        return 1;
+    }
+    return 0;
+}

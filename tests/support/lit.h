@@ -1,0 +1,32 @@
+#pragma once
+
+#include <vector>
+
+#include "worker/render/bsdf/registry.h"
+#include "worker/render/light/light_set.h"
+
+namespace relume::test {
+
+// A scene made ready as far as lights need it.
+struct Lit {
+    std::vector<render::CompiledMaterial> materials;
+    render::TextureSet textures;
+    render::Accel accel;
+    render::LightSet lights;
+
+    explicit Lit(const Scene& scene)
+        : materials(Compile(scene)),
+          textures(scene, std::vector<bool>(scene.textures.size(), true)),
+          accel(scene, materials, textures),
+          lights(scene, materials, textures, &accel) {}
+
+    static std::vector<render::CompiledMaterial> Compile(const Scene& scene) {
+        std::vector<render::CompiledMaterial> materials;
+        for (const Material& m : scene.materials) {
+            materials.push_back(render::CompileMaterial(m, scene));
+        }
+        return materials;
+    }
+};
+
+}  // namespace relume::test

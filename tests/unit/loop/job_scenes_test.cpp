@@ -1,0 +1,173 @@
+#include "worker/loop/job_scenes.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <condition_variable>
+#include <deque>
+
+#include "core/base/files.h"
+#include "tests/unit/loop/fake_blobs.h"
+
+namespace relume::worker {
+namespace {
+
+using testing::HasSubstr;
+
+class JobScenesTest : public testing::Test {
+  protected:
+    struct Call {
+        std::string job, message;
+        bool ready = false, transient = false;
+        std::shared_ptr<const LoadedScene> scene;
+    };
+
+    // `loader` may be left out: it makes a scene whose note is what the main file says.
+    JobScenes Make(SceneLoader loader = {}) {
+        if (!loader) {
+            loader = [this](const FileSource& files, const SceneManifest& manifest,
+                            const RenderSettings&) {
+                ++loads;
+                auto scene = std::make_shared<LoadedScene>();
+                scene->notes.push_back(files.Read(manifest.main));
+                return scene;
+            };
+        }
+        JobScenes::Handler handler;
+        handler.on_ready = [this](const std::string& job, std::shared_ptr<const LoadedScene> scene,
+                                  double) {
+            Record({job, "", true, false, std::move(scene)});
+        };
+        handler.on_problem = [this](const std::string& job, const std::string& message,
+                                    bool transient) {
+            Record({job, message, false, transient, nullptr});
+        };
+        return JobScenes(&cache, blobs.Fetch(), std::move(loader), std::move(handler));
+    }
+    void Record(Call call) {
+        const std::lock_guard lock(mutex);
+        calls.push_back(std::move(call));
+        changed.notify_all();
+    }
+    Call Next() {
+        std::unique_lock lock(mutex);
+        changed.wait(lock, [this] { return !calls.empty(); });
+        Call call = std::move(calls.front());
+        calls.pop_front();
+        return call;
+    }
+    SceneManifest Scene(const std::string& contents) {
+        return {"scene.gltf", {blobs.AddFile("scene.gltf", contents)}};
+    }
+
+    TemporaryFolder folder;
+    FakeBlobs blobs;
+    BlobCache cache{folder.path(), 1 << 20};
+    RenderSettings settings;
+    std::atomic<int> loads{0};
+    std::mutex mutex;  // guards calls
+    std::condition_variable changed;
+    std::deque<Call> calls;
+};
+
+TEST_F(JobScenesTest, LoadsOnceAndHandsOutAtOnceAfterwards) {
+    auto scenes = Make();
+    EXPECT_FALSE(scenes.Knows("jobs/a"));
+    EXPECT_EQ(scenes.Want("jobs/a"), nullptr);
+    scenes.Add("jobs/a", Scene("one"), settings);
+    EXPECT_TRUE(scenes.Knows("jobs/a"));
+    EXPECT_EQ(scenes.Want("jobs/a"), nullptr);
+    const Call call = Next();
+    EXPECT_EQ(call.job, "jobs/a");
+    ASSERT_TRUE(call.ready) << call.message;
+    EXPECT_EQ(call.scene->notes.at(0), "one");
+    EXPECT_EQ(scenes.Want("jobs/a"), call.scene);
+    EXPECT_EQ(loads, 1);
+}
+
+TEST_F(JobScenesTest, JobsOfEqualSceneAndSettingsShareIt) {
+    auto scenes = Make();
+    RenderSettings other = settings;
+    other.seed = 9;
+    scenes.Add("jobs/a", Scene("one"), settings);
+    scenes.Add("jobs/b", Scene("one"), settings);
+    scenes.Add("jobs/c", Scene("one"), other);
+    scenes.Want("jobs/a");
+    const Call a = Next();
+    scenes.Want("jobs/b");
+    const Call b = Next();  // told as well, for its notes
+    EXPECT_EQ(b.job, "jobs/b");
+    EXPECT_EQ(a.scene, b.scene);
+    EXPECT_EQ(loads, 1);
+    scenes.Want("jobs/c");
+    EXPECT_NE(Next().scene, a.scene);
+    EXPECT_EQ(loads, 2);
+}
+
+TEST_F(JobScenesTest, AReconnectKeepsTheScenesAndForgetsTheJobs) {
+    auto scenes = Make();
+    scenes.Add("jobs/a", Scene("one"), settings);
+    scenes.Add("jobs/b", Scene("one"), settings);
+    scenes.Want("jobs/a");
+    Next();
+    scenes.Forget("jobs/b");
+    EXPECT_FALSE(scenes.Knows("jobs/b"));
+    EXPECT_TRUE(scenes.Knows("jobs/a"));
+    scenes.ForgetJobs();
+    EXPECT_FALSE(scenes.Knows("jobs/a"));
+    scenes.Add("jobs/x", Scene("one"), settings);
+    scenes.Want("jobs/x");
+    EXPECT_TRUE(Next().ready);
+    EXPECT_EQ(loads, 1);
+}
+
+TEST_F(JobScenesTest, ASceneThatIsWrongIsNobodysFaultButItsOwn) {
+    auto scenes = Make([](const FileSource&, const SceneManifest&,
+                          const RenderSettings&) -> std::shared_ptr<const LoadedScene> {
+        ThrowInvalidArgument("scene.gltf: byte 12: not glTF");
+    });
+    scenes.Add("jobs/a", Scene("one"), settings);
+    scenes.Want("jobs/a");
+    const Call call = Next();
+    EXPECT_FALSE(call.ready);
+    EXPECT_FALSE(call.transient);
+    EXPECT_EQ(call.message, "scene.gltf: byte 12: not glTF");
+}
+
+TEST_F(JobScenesTest, WhatAnotherWorkerMayDoBetterIsTransient) {
+    int attempt = 0;
+    auto scenes = Make([&](const FileSource&, const SceneManifest&,
+                           const RenderSettings&) -> std::shared_ptr<const LoadedScene> {
+        if (attempt++ == 0) {
+            throw std::bad_alloc();
+        }
+        throw Error(ErrorCode::kResourceExhausted, "disk full");
+    });
+    scenes.Add("jobs/a", Scene("one"), settings);
+    scenes.Add("jobs/b", Scene("two"), settings);
+    scenes.Want("jobs/a");
+    Call call = Next();
+    EXPECT_TRUE(call.transient);
+    EXPECT_THAT(call.message, HasSubstr("memory"));
+    scenes.Want("jobs/b");
+    call = Next();
+    EXPECT_TRUE(call.transient);
+    EXPECT_EQ(call.message, "disk full");
+}
+
+TEST_F(JobScenesTest, ATransferThatBreaksIsTransientAMissingFileIsNot) {
+    auto scenes = Make();
+    const SceneManifest broken = Scene(std::string(500, 'x'));
+    blobs.BreakAfter({100});
+    scenes.Add("jobs/a", broken, settings);
+    scenes.Want("jobs/a");
+    EXPECT_TRUE(Next().transient);
+    scenes.Add("jobs/b", {"scene.gltf", {{"scene.gltf", 4, Sha256Hex("gone")}}}, settings);
+    scenes.Want("jobs/b");
+    EXPECT_FALSE(Next().transient);
+    EXPECT_EQ(loads, 0);
+}
+
+}  // namespace
+}  // namespace relume::worker

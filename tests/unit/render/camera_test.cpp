@@ -1,0 +1,127 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/base/error.h"
+#include "tests/support/scenes.h"
+#include "worker/render/camera/ray_camera.h"
+
+namespace relume::render {
+namespace {
+
+void ExpectNear(Vec3f a, Vec3f b, float tolerance = 1e-5f) {
+    EXPECT_NEAR(a.x, b.x, tolerance);
+    EXPECT_NEAR(a.y, b.y, tolerance);
+    EXPECT_NEAR(a.z, b.z, tolerance);
+}
+
+RenderSettings Size(int width, int height) { return test::Settings(width, height, 4); }
+
+TEST(Camera, PerspectiveRays) {
+    // At (1, 2, 3), looking along -z; full vertical angle 90 degrees, twice as wide as high.
+    Camera camera = test::PerspectiveCamera({1, 2, 3}, {1, 2, 0}, kPi / 2);
+    const RayCamera c = CompileCamera(camera, Size(200, 100));
+    const CameraRay middle = c.Generate({100, 50}, {});
+    ExpectNear(middle.origin, {1, 2, 3});
+    ExpectNear(middle.direction, {0, 0, -1});
+    ExpectNear(c.Generate({100, 0}, {}).direction, Normalize({0, 1, -1}));  // row 0 is the top
+    ExpectNear(c.Generate({0, 50}, {}).direction, Normalize({-2, 0, -1}));
+    ExpectNear(c.Generate({200, 100}, {}).direction, Normalize({2, -1, -1}));
+}
+
+TEST(Camera, XfovIsTheFullHorizontalAngle) {
+    Camera camera = test::PerspectiveCamera({0, 0, 0}, {0, 0, -1}, 0.5f);
+    camera.params = ParamSet();
+    camera.params.Set("xfov", kPi / 2);
+    const RayCamera c = CompileCamera(camera, Size(200, 100));
+    ExpectNear(c.Generate({200, 50}, {}).direction, Normalize({1, 0, -1}));
+    ExpectNear(c.Generate({100, 0}, {}).direction, Normalize({0, 0.5f, -1}));
+}
+
+TEST(Camera, ScaleOfItsNodeDoesNotMatter) {
+    Camera camera = test::PerspectiveCamera({1, 2, 3}, {4, 5, 6}, 0.8f);
+    const RayCamera plain = CompileCamera(camera, Size(64, 64));
+    camera.to_world = camera.to_world * Transform::Scale({7, 7, 7});
+    const RayCamera scaled = CompileCamera(camera, Size(64, 64));
+    ExpectNear(plain.Generate({3, 9}, {}).direction, scaled.Generate({3, 9}, {}).direction);
+}
+
+TEST(Camera, OrthographicRaysAreParallel) {
+    Camera camera;
+    camera.type = "orthographic";
+    camera.params.Set("ymag", 2.0f);
+    const RayCamera c = CompileCamera(camera, Size(200, 100));
+    ExpectNear(c.Generate({0, 0}, {}).origin, {-4, 2, 0});
+    ExpectNear(c.Generate({0, 0}, {}).direction, {0, 0, -1});
+    ExpectNear(c.Generate({150, 75}, {}).origin, {2, -1, 0});
+}
+
+TEST(Camera, LensRaysMeetInThePlaneOfFocus) {
+    Camera camera = test::PerspectiveCamera({0, 0, 0}, {0, 0, -1}, 1);
+    camera.params.Set("lens_radius", 0.25f);
+    camera.params.Set("focus_distance", 4.0f);
+    const RayCamera c = CompileCamera(camera, Size(64, 48));
+    const RayCamera pinhole = CompileCamera(test::PerspectiveCamera({0, 0, 0}, {0, 0, -1}, 1),
+                                            Size(64, 48));
+    for (const Vec2f film : {Vec2f{32, 24}, {3, 40}, {60, 2}}) {
+        const Vec3f through = pinhole.Generate(film, {}).direction;
+        const Vec3f focus = through * (-4 / through.z);
+        float widest = 0;
+        for (const Vec2f u : {Vec2f{0.5f, 0.5f}, {0, 0.5f}, {0.9f, 0.1f}, {0.3f, 0.99f}}) {
+            const CameraRay ray = c.Generate(film, u);
+            EXPECT_NEAR(ray.origin.z, 0, 1e-6f);
+            widest = std::max(widest, Length(ray.origin));
+            EXPECT_NEAR(Length(ray.direction), 1, 1e-6f);
+            ExpectNear(ray.origin + ray.direction * (-4 / ray.direction.z), focus, 1e-4f);
+        }
+        EXPECT_NEAR(widest, 0.25f, 0.01f);
+    }
+}
+
+TEST(Camera, SettingsOverrideTheLens) {
+    Camera camera = test::PerspectiveCamera({0, 0, 0}, {0, 0, -1}, 1);
+    camera.params.Set("lens_radius", 0.25f);
+    RenderSettings settings = Size(8, 8);
+    settings.lens_radius = 0;
+    EXPECT_EQ(CompileCamera(camera, settings).lens_radius, 0);
+    settings.lens_radius = 2;
+    settings.focus_distance = 9;
+    EXPECT_EQ(CompileCamera(camera, settings).lens_radius, 2);
+    EXPECT_EQ(CompileCamera(camera, settings).focus_distance, 9);
+}
+
+TEST(Camera, IsChosenByNameOrIndex) {
+    Scene scene;
+    scene.cameras = {test::PerspectiveCamera({1, 0, 0}, {0, 0, 0}, 1),
+                     test::PerspectiveCamera({2, 0, 0}, {0, 0, 0}, 1)};
+    scene.cameras[1].name = "side";
+    std::vector<std::string> notes;
+    RenderSettings settings = Size(8, 8);
+    EXPECT_EQ(ChooseCamera(scene, settings, &notes).name, "camera");
+    settings.camera = "side";
+    EXPECT_EQ(ChooseCamera(scene, settings, &notes).name, "side");
+    settings.camera = "1";
+    EXPECT_EQ(ChooseCamera(scene, settings, &notes).name, "side");
+    settings.camera = "top";
+    try {
+        ChooseCamera(scene, settings, &notes);
+        FAIL() << "no error";
+    } catch (const Error& error) {
+        EXPECT_THAT(error.what(), testing::HasSubstr("'side'"));
+    }
+}
+
+TEST(Camera, UnknownParameterIsNamed) {
+    Camera camera = test::PerspectiveCamera({0, 0, 0}, {0, 0, -1}, 1);
+    camera.params.Set("yfoov", 1.0f);
+    try {
+        CompileCamera(camera, Size(8, 8));
+        FAIL() << "no error";
+    } catch (const Error& error) {
+        EXPECT_THAT(error.what(), testing::HasSubstr("yfoov"));
+    }
+}
+
+}  // namespace
+}  // namespace relume::render
