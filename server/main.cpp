@@ -20,6 +20,7 @@
 #include "core/base/parallel.h"
 #include "core/base/signals.h"
 #include "proto/codec/protocol.h"
+#include "server/jobs/planner.h"
 #include "server/rpc/server.h"
 
 namespace {
@@ -41,7 +42,7 @@ std::filesystem::path DefaultData() {
 int main(int argc, char** argv) {
     relume::server::ServerOptions options;
     std::string listen = "127.0.0.1:7878", data = DefaultData().string(), log_level = "info";
-    bool insecure = false, log_json = false, with_parent = false;
+    bool insecure = false, log_json = false, with_parent = false, describe_samplers = false;
     int threads = 0;
 
     CLI::App app{
@@ -62,12 +63,18 @@ int main(int argc, char** argv) {
         ->capture_default_str();
     app.add_flag("--log-json", log_json, "log lines as JSON objects");
     app.add_flag("--with-parent", with_parent, "stop with the process that started this one");
+    app.add_flag("--describe-samplers", describe_samplers,
+                 "list the samplers and their parameters");
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
         return app.exit(error) == 0 ? 0 : 2;
     }
 
+    if (describe_samplers) {
+        fmt::print("{}", relume::jobs::DescribePlanners());
+        return 0;
+    }
     if (with_parent) {
         prctl(PR_SET_PDEATHSIG, SIGTERM);
     }

@@ -34,7 +34,8 @@ int RunCancel(const CancelOptions& options) {
 Runner AddCancel(CLI::App* app) {
     const auto options = std::make_shared<CancelOptions>();
     app->add_option("JOB", options->jobs, "their names; a job that is over stays as it is")
-        ->required();
+        ->required()
+        ->type_name("NAME");
     AddServerOption(app, &options->server);
     return [options](Interrupts*) { return RunCancel(*options); };
 }

@@ -66,11 +66,17 @@ int RunCompare(const CompareOptions& options) {
 
 Runner AddCompare(CLI::App* app) {
     const auto options = std::make_shared<CompareOptions>();
-    app->add_option("REFERENCE", options->reference, "image to compare with (.exr)")->required();
-    app->add_option("TEST", options->tests, "images to compare (.exr)")->required();
-    app->add_option("--layer", options->test_layer, "of the tests, e.g. noisy [the image itself]");
+    app->add_option("REFERENCE", options->reference, "image to compare with (.exr)")
+        ->required()
+        ->type_name("FILE");
+    app->add_option("TEST", options->tests, "images to compare (.exr)")
+        ->required()
+        ->type_name("FILE");
+    app->add_option("--layer", options->test_layer, "of the tests, e.g. noisy [the image itself]")
+        ->type_name("NAME");
     app->add_option("--reference-layer", options->reference_layer,
-                    "of the reference [the image itself]");
+                    "of the reference [the image itself]")
+        ->type_name("NAME");
     AddJsonOption(app, &options->talk);
     return [options](Interrupts*) { return RunCompare(*options); };
 }

@@ -8,6 +8,7 @@
 
 #include "client/cli/commands.h"
 #include "client/cli/exit_codes.h"
+#include "client/cli/options.h"
 #include "client/lib/local_farm.h"
 
 namespace relume::client {
@@ -45,10 +46,13 @@ int RunFarm(const FarmOptions& options, Interrupts* interrupts) {
 Runner AddFarm(CLI::App* app) {
     const auto options = std::make_shared<FarmOptions>();
     options->listen = "127.0.0.1:7878";
-    app->add_option("--workers", options->workers, "worker processes [1]")
-        ->check(CLI::Range(1, 256));
-    app->add_option("--threads", options->threads, "threads of each of them [the cores shared out]")
-        ->check(CLI::Range(1, 1024));
+    app->add_option("--workers", options->workers, "worker processes, 1 to 256 [1]")
+        ->check(Between(1, 256))
+        ->type_name("N");
+    app->add_option("--threads", options->threads,
+                    "threads of each of them, 1 to 1024 [the cores shared out]")
+        ->check(Between(1, 1024))
+        ->type_name("N");
     app->add_option("--listen", options->listen, "port 0: any free one [127.0.0.1:7878]")
         ->type_name("HOST:PORT");
     app->add_flag("--insecure", options->insecure,

@@ -43,7 +43,9 @@ int RunFetch(const FetchOptions& options, Interrupts* interrupts) {
 
 Runner AddFetch(CLI::App* app) {
     const auto options = std::make_shared<FetchOptions>();
-    app->add_option("JOB", options->job, "its name, as `relume submit` printed it")->required();
+    app->add_option("JOB", options->job, "its name, as `relume submit` printed it")
+        ->required()
+        ->type_name("NAME");
     AddOutputOptions(app, &options->output);
     AddServerOption(app, &options->server);
     return [options](Interrupts* interrupts) { return RunFetch(*options, interrupts); };

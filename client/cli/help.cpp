@@ -27,7 +27,7 @@ void PrintCommandHelp(const CLI::App& app, const std::string& name) {
 
 Runner AddHelp(CLI::App* app) {
     const auto topic = std::make_shared<std::string>();
-    app->add_option("TOPIC", *topic, "a command, filters, samplers or exit-codes");
+    app->add_option("TOPIC", *topic, "a command, filters, samplers or exit-codes")->type_name("");
     return [topic, app](Interrupts*) -> int {
         CLI::App* const top = app->get_parent();
         if (topic->empty()) {

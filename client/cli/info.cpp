@@ -1,6 +1,7 @@
 // relume info: what is in a scene or an image.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -94,7 +95,11 @@ Json ImageJson(const std::string& path, const Image& image) {
               {"digest", ImageDigest(image)},
               {"layers", Json::array()},
               {"metadata", Json::object()}};
-    for (const auto& [layer, channels] : layers) {
+    for (auto& [layer, channels] : layers) {
+        std::sort(channels.begin(), channels.end(), [](const auto& a, const auto& b) {
+            const std::string order = "RGBAXYZ";
+            return std::pair(order.find(a), a) < std::pair(order.find(b), b);
+        });
         json["layers"].push_back({{"name", layer}, {"channels", channels}});
     }
     for (const auto& [key, value] : image.metadata()) {
@@ -136,7 +141,7 @@ void PrintScene(const Json& json) {
                                   image["name"].get<std::string>()));
     }
     PrintLine("lights", List(json["lights"]));
-    PrintLine("cameras", json["cameras"].empty() ? "none: one that sees all of it is used"
+    PrintLine("cameras", json["cameras"].empty() ? "none: one that sees all of it is fitted"
                                                  : std::to_string(json["cameras"].size()));
     int index = 0;
     for (const auto& camera : json["cameras"]) {
@@ -204,7 +209,9 @@ int RunInfo(const InfoOptions& options) {
 
 Runner AddInfo(CLI::App* app) {
     const auto options = std::make_shared<InfoOptions>();
-    app->add_option("FILE", options->file, "scene (.gltf, .glb) or image (.exr)")->required();
+    app->add_option("FILE", options->file, "scene (.gltf, .glb) or image (.exr)")
+        ->required()
+        ->type_name("FILE");
     app->add_option("--environment", options->environment,
                     "latitude-longitude map that is to light the scene")
         ->type_name("FILE");

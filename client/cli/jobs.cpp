@@ -54,7 +54,8 @@ int RunJobs(const JobsOptions& options) {
 Runner AddJobs(CLI::App* app) {
     const auto options = std::make_shared<JobsOptions>();
     app->add_option("--limit", options->limit, "so many, the newest first [50]")
-        ->check(CLI::Range(1, 1'000'000));
+        ->check(Between(1, 1'000'000))
+        ->type_name("N");
     AddServerOption(app, &options->server);
     AddJsonOption(app, &options->talk);
     return [options](Interrupts*) { return RunJobs(*options); };

@@ -8,9 +8,16 @@
 
 namespace relume::client {
 
+CLI::Validator Between(int low, int high) {
+    // The help of the option tells the range in its own words.
+    return CLI::Range(low, high).description("");
+}
+
 void AddJobOptions(CLI::App* app, JobOptions* options) {
-    app->add_option("SCENE", options->scene, "scene file (.gltf, .glb)")->required();
-    app->add_option("--name", options->name, "what people call the job");
+    app->add_option("SCENE", options->scene, "scene file (.gltf, .glb)")
+        ->required()
+        ->type_name("FILE");
+    app->add_option("--name", options->name, "what people call the job")->type_name("TEXT");
     app->add_option_function<std::string>(
            "--size", [options](const std::string& text) { options->size = ParseSize(text); },
            "size of the full image [720 lines in the camera's shape, else 1280x720]")
@@ -24,33 +31,41 @@ void AddJobOptions(CLI::App* app, JobOptions* options) {
            "budget: mean samples a pixel [32]")
         ->type_name("N");
     app->add_option("--sampler", options->sampler,
-                    "where samples go; see `relume help samplers` [paper:mode=corrected]");
+                    "where samples go; see `relume help samplers` [" + options->sampler + "]")
+        ->type_name("NAME[:KEY=VALUE,...]");
     app->add_option("--filter", options->filter,
-                    "what takes the noise out; see `relume help filters` "
-                    "[bilateral:mode=corrected]");
-    app->add_option("--seed", options->seed, "another seed, other noise [0]");
+                    "what takes the noise out; see `relume help filters` [" + options->filter + "]")
+        ->type_name("NAME[:KEY=VALUE,...]");
+    app->add_option("--seed", options->seed, "another seed, other noise [0]")->type_name("N");
     app->add_option("--max-depth", options->max_depth,
-                    "longest path in segments; 1: only what shines itself [8]")
-        ->check(CLI::Range(1, 1024));
-    app->add_option("--camera", options->camera, "name or index of a camera in the scene [0]");
+                    "longest path in segments, 1 to 1024; 1: only what shines itself [8]")
+        ->check(Between(1, 1024))
+        ->type_name("N");
+    app->add_option("--camera", options->camera, "a camera of the scene [the first]")
+        ->type_name("NAME|INDEX");
     app->add_option("--lens-radius", options->lens_radius,
                     "of the aperture, scene units; 0: a pinhole [the camera's own]")
-        ->check(CLI::NonNegativeNumber);
+        ->check(CLI::NonNegativeNumber.description(""))
+        ->type_name("R");
     app->add_option("--focus-distance", options->focus_distance,
                     "of the plane in focus, scene units [the camera's own]")
-        ->check(CLI::PositiveNumber);
+        ->check(CLI::PositiveNumber.description(""))
+        ->type_name("D");
     app->add_option("--environment", options->environment,
                     "latitude-longitude map (.hdr, .exr) that lights the scene")
         ->type_name("FILE");
     app->add_option("--environment-scale", options->environment_scale, "times its radiance [1]")
-        ->check(CLI::NonNegativeNumber);
+        ->check(CLI::NonNegativeNumber.description(""))
+        ->type_name("X");
     app->add_flag("--allow-black", options->allow_black, "render although nothing shines");
     app->add_option("--tile-size", options->tile_size,
-                    "pixels a side of the units of work; the image does not depend on it [32]")
-        ->check(CLI::Range(8, 64));
+                    "side of the units of work in pixels, 8 to 64; no matter to the image [32]")
+        ->check(Between(8, 64))
+        ->type_name("N");
     app->add_option("--layers", options->layers,
                     "basic, or all: also the two halves and the features' variances [basic]")
-        ->check(CLI::IsMember({"basic", "all"}));
+        ->check(CLI::IsMember({"basic", "all"}).description(""))
+        ->type_name("SET");
 }
 
 void AddOutputOptions(CLI::App* app, OutputOptions* options) {

@@ -11,6 +11,9 @@
 
 namespace relume::client {
 
+// A whole number from `low` to `high`.
+CLI::Validator Between(int low, int high);
+
 // Groups of options that several commands share. The structs must outlive the parsing: commands
 // keep them in a shared_ptr that their Runner holds.
 
@@ -21,7 +24,8 @@ struct JobOptions {
     std::optional<Size> size;  // unset: by the camera's shape
     TileRect crop;             // empty: the full frame
     double spp = 32;
-    std::string sampler, filter;  // "": the server's default
+    std::string sampler = "paper:mode=corrected";  // the defaults that jobs.proto tells
+    std::string filter = "bilateral:mode=corrected";
     std::uint32_t seed = 0;
     int max_depth = 8;
     std::string camera;

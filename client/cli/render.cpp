@@ -145,11 +145,13 @@ Runner AddRender(CLI::App* app) {
     AddJobOptions(app, &options->job);
     AddOutputOptions(app, &options->output);
     auto* workers = app->add_option("--workers", options->farm.workers,
-                                    "worker processes of the local farm [1]")
-                        ->check(CLI::Range(1, 256));
+                                    "worker processes of the local farm, 1 to 256 [1]")
+                        ->check(Between(1, 256))
+                        ->type_name("N");
     auto* threads = app->add_option("--threads", options->farm.threads,
-                                    "threads of each of them [the cores shared out]")
-                        ->check(CLI::Range(1, 1024));
+                                    "threads of each of them, 1 to 1024 [the cores shared out]")
+                        ->check(Between(1, 1024))
+                        ->type_name("N");
     AddServerOption(app, &options->server);
     AddQuietOption(app, &options->talk);
     AddJsonOption(app, &options->talk);

@@ -54,7 +54,9 @@ int RunWatch(const WatchOptions& options, Interrupts* interrupts) {
 
 Runner AddWatch(CLI::App* app) {
     const auto options = std::make_shared<WatchOptions>();
-    app->add_option("JOB", options->job, "its name, as `relume submit` printed it")->required();
+    app->add_option("JOB", options->job, "its name, as `relume submit` printed it")
+        ->required()
+        ->type_name("NAME");
     AddServerOption(app, &options->server);
     AddQuietOption(app, &options->talk);
     AddJsonOption(app, &options->talk);

@@ -37,7 +37,8 @@ class LocalSource final : public FileSource {
 ManifestEntry HashFile(const std::string& name, const std::string& path) {
     std::ifstream in(path, std::ios::binary);
     if (!in || fs::is_directory(path)) {
-        ThrowNotFound(fmt::format("{}: can't be read; check that the file is there", path));
+        ThrowNotFound(fmt::format(
+            "{}: can't be read, and the scene refers to it; check that it is there", path));
     }
     Sha256 sha;
     ManifestEntry entry{name, 0, {}};
@@ -150,7 +151,7 @@ const Camera* FindCamera(const Scene& scene, const std::string& camera) {
 std::vector<std::string> CheckScene(const Scene& scene, const RenderSettings& settings) {
     std::vector<std::string> notes = scene.notes;
     if (FindCamera(scene, settings.camera) == nullptr) {
-        notes.push_back("the scene has no camera: one that sees all of it is used");
+        notes.push_back("the scene has no camera: one that sees all of it was fitted");
     }
     if (!scene.HasLight()) {
         if (!settings.allow_black) {

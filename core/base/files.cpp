@@ -8,8 +8,6 @@
 
 #include <cerrno>
 #include <cstring>
-#include <fstream>
-#include <sstream>
 
 #include "core/base/error.h"
 
@@ -58,18 +56,34 @@ std::string ReadFile(const std::filesystem::path& path) {
     if (std::filesystem::is_directory(path, ignored)) {
         ThrowInvalidArgument(path.string() + ": is a folder, a file is needed");
     }
-    std::ifstream in(path, std::ios::binary);
-    if (!in) {
+    const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (fd < 0) {
         ThrowNotFound(
             fmt::format("{}: can't open: {}; check the path", path.string(), std::strerror(errno)));
     }
-    std::ostringstream bytes;
-    bytes << in.rdbuf();
-    // A failed read shows as bad() of the sink; an empty file only as its fail().
-    if (in.bad() || bytes.bad()) {
-        throw Error(ErrorCode::kDataLoss, path.string() + ": reading failed; check the disk");
+    // Pipes and /proc have no size to go by: read on until nothing comes.
+    struct stat status {};
+    std::string bytes(fstat(fd, &status) == 0 ? static_cast<std::size_t>(status.st_size) + 1 : 1,
+                      '\0');
+    std::size_t done = 0;
+    int error = 0;
+    for (;;) {
+        const ssize_t n = read(fd, bytes.data() + done, bytes.size() - done);
+        if (n > 0) {
+            done += static_cast<std::size_t>(n);
+            bytes.resize(done == bytes.size() ? 2 * done + 4096 : bytes.size());
+        } else if (n == 0 || errno != EINTR) {
+            error = n == 0 ? 0 : errno;
+            break;
+        }
     }
-    return std::move(bytes).str();
+    close(fd);
+    if (error != 0) {
+        throw Error(ErrorCode::kDataLoss, fmt::format("{}: reading failed: {}; check the disk",
+                                                      path.string(), std::strerror(error)));
+    }
+    bytes.resize(done);
+    return bytes;
 }
 
 void WriteFileAtomically(const std::filesystem::path& link, std::string_view bytes) {

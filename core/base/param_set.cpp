@@ -97,8 +97,12 @@ std::vector<float> ParamSet::GetFloats(const std::string& name,
         f != nullptr && (otherwise.empty() || f->size() == otherwise.size())) {
         return *f;
     }
-    ThrowKind(name, otherwise.empty() ? std::string("a list of numbers")
-                                      : fmt::format("{} numbers", otherwise.size()));
+    if (std::holds_alternative<std::string>(*v) && otherwise.size() <= 1) {
+        return {GetFloat(name, 0)};
+    }
+    ThrowKind(name, otherwise.empty()       ? "a list of numbers"
+                    : otherwise.size() == 1 ? "one number"
+                                            : fmt::format("{} numbers", otherwise.size()));
 }
 
 std::string ParamSet::GetChoice(const std::string& name, const std::string& otherwise,

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <memory>
@@ -11,9 +12,16 @@
 #include "core/base/error.h"
 #include "core/image/exr.h"
 #include "core/image/float_formats.h"
+#include "core/image/stb_checks.h"
 
 // Static, so that another copy of the library in the program does no harm.
 #define STB_IMAGE_IMPLEMENTATION
+// Damaged bytes are no broken invariant. Zeroed memory: a JPEG may use a table that it never
+// defined.
+#define STBI_ASSERT(condition) static_cast<void>(0)
+#define STBI_MALLOC(size) std::calloc(1, size)
+#define STBI_REALLOC(pointer, size) std::realloc(pointer, size)
+#define STBI_FREE(pointer) std::free(pointer)
 #define STB_IMAGE_STATIC
 #define STBI_NO_STDIO
 #define STBI_ONLY_PNG
@@ -54,32 +62,50 @@ struct Feed {
 constexpr stbi_io_callbacks kFeedCallbacks{Feed::Read, Feed::Skip, Feed::AtEnd};
 
 DecodedImage DecodeWithStb(std::string_view bytes, const std::string& name) {
-    const bool has_magic = StartsWith(bytes, "\x89PNG\r\n\x1a\n") || StartsWith(bytes, "\xff\xd8");
+    const bool is_png = StartsWith(bytes, "\x89PNG\r\n\x1a\n");
+    const bool is_jpeg = StartsWith(bytes, "\xff\xd8");
+    const bool has_magic = is_png || is_jpeg;
     DecodedImage image;
-    Feed header{bytes};
-    if (stbi_info_from_callbacks(&kFeedCallbacks, &header, &image.width, &image.height,
-                                 &image.channels) == 0) {
-        if (!has_magic) {
+    const auto fail = [&](const Feed& feed) {
+        if (!has_magic && image.width == 0) {
             ThrowInvalidArgument(fmt::format(
                 "{}: is not a PNG, JPEG, TGA, Radiance HDR, OpenEXR or PFM picture; convert it",
                 name));
         }
-        throw Error(ErrorCode::kDataLoss,
-                    fmt::format("{}: the picture is {} ({}); restore the file", name,
-                                header.past_end ? "truncated" : "damaged", stbi_failure_reason()));
+        throw Error(
+            ErrorCode::kDataLoss,
+            fmt::format(
+                "{}: the picture is {}; restore the file", name,
+                feed.past_end ? "truncated" : fmt::format("damaged ({})", stbi_failure_reason())));
+    };
+    if (is_png) {
+        CheckPngForStb(bytes, name);
+    } else if (is_jpeg) {
+        CheckJpegForStb(bytes, name);
+    }
+    Feed header{bytes};
+    if (stbi_info_from_callbacks(&kFeedCallbacks, &header, &image.width, &image.height,
+                                 &image.channels) == 0) {
+        image.width = 0;
+        fail(header);
     }
     CheckImageSize(image.width, image.height, name);
+    if (!has_magic) {
+        CheckTgaForStb(bytes, name);
+    }
+    // No byte stands for more: a PNG has 8 pixels of one bit in each of at most 1032 bytes, a JPEG
+    // has a bit a block. Refused before memory is taken for what can't be there.
+    if (std::int64_t{image.width} * image.height / 8256 > static_cast<std::int64_t>(bytes.size())) {
+        header.past_end = true;
+        fail(header);
+    }
     Feed feed{bytes};
     const std::unique_ptr<stbi_uc, decltype(&stbi_image_free)> pixels(
         stbi_load_from_callbacks(&kFeedCallbacks, &feed, &image.width, &image.height,
                                  &image.channels, 0),
         &stbi_image_free);
     if (pixels == nullptr || feed.past_end) {
-        throw Error(
-            ErrorCode::kDataLoss,
-            fmt::format(
-                "{}: the picture is {}; restore the file", name,
-                feed.past_end ? "truncated" : fmt::format("damaged ({})", stbi_failure_reason())));
+        fail(feed);
     }
     image.bytes.assign(pixels.get(),
                        pixels.get() + std::size_t{1} * image.width * image.height * image.channels);

@@ -24,9 +24,28 @@ namespace {
 
 // All planes of a file together, 4 GiB.
 constexpr std::int64_t kMaxValues = std::int64_t{1} << 30;
-// No compression of the format gets near this ratio of pixels to bytes: a file that claims more
-// is cut short, and is refused before memory is taken for it.
-constexpr std::int64_t kMaxValuesPerByte = std::int64_t{1} << 18;
+
+// More values than a byte of the file can stand for: a file that claims more is cut short, and is
+// refused before memory is taken for it. zlib packs at most 1032 bytes into one (Deutsch, RFC
+// 1951; zlib's technical notes), a value has at least two; for the wavelet and block methods the
+// bound is a generous one.
+std::int64_t MaxValuesPerByte(Imf::Compression compression) {
+    switch (compression) {
+        case Imf::NO_COMPRESSION:
+            return 1;
+        case Imf::RLE_COMPRESSION:
+        case Imf::ZIPS_COMPRESSION:
+        case Imf::ZIP_COMPRESSION:
+        case Imf::PXR24_COMPRESSION:
+            return 1032;
+        default:
+            return std::int64_t{1} << 18;
+    }
+}
+
+[[noreturn]] void ThrowTruncated(const std::string& name) {
+    throw Error(ErrorCode::kDataLoss, name + ": the EXR is truncated; restore the file");
+}
 
 class MemoryInput final : public Imf::IStream {
   public:
@@ -35,8 +54,7 @@ class MemoryInput final : public Imf::IStream {
 
     bool read(char* to, int n) override {
         if (n < 0 || at_ > bytes_.size() || static_cast<std::size_t>(n) > bytes_.size() - at_) {
-            throw Error(ErrorCode::kDataLoss,
-                        fmt::format("{}: the EXR is truncated; restore the file", fileName()));
+            ThrowTruncated(fileName());
         }
         std::memcpy(to, bytes_.data() + at_, static_cast<std::size_t>(n));
         at_ += static_cast<std::size_t>(n);
@@ -69,6 +87,58 @@ class MemoryOutput final : public Imf::OStream {
     std::size_t at_ = 0;
 };
 
+[[noreturn]] void ThrowTooLarge(const std::string& name, std::int64_t width, std::int64_t height) {
+    throw Error(ErrorCode::kResourceExhausted,
+                fmt::format("{}: {}x{} pixels are too many; at most {} are read", name, width,
+                            height, kMaxReadPixels));
+}
+
+// The library takes memory for what headers claim before it looks whether the file can hold it, so
+// that they are walked here first (OpenEXR file layout: name, type, size and value of each
+// attribute, an empty name at the end of a part, an empty part at the end of many).
+void CheckHeaders(std::string_view bytes, const std::string& name) {
+    constexpr std::uint32_t kManyParts = 0x1000;
+    MemoryInput input(bytes, name);
+    input.seekg(4);
+    const auto number = [&] {
+        std::int32_t value = 0;
+        input.read(reinterpret_cast<char*>(&value), 4);
+        return value;
+    };
+    const auto text = [&] {
+        const auto end = bytes.find('\0', input.tellg());
+        if (end == bytes.npos) {
+            ThrowTruncated(name);
+        }
+        const auto value = bytes.substr(input.tellg(), end - input.tellg());
+        input.seekg(end + 1);
+        return value;
+    };
+    const bool many = (static_cast<std::uint32_t>(number()) & kManyParts) != 0;
+    do {
+        for (auto attribute = text(); !attribute.empty(); attribute = text()) {
+            text();
+            const std::int32_t size = number();
+            if (size < 0 || static_cast<std::uint64_t>(size) > bytes.size() - input.tellg()) {
+                ThrowTruncated(name);
+            }
+            const std::uint64_t next = input.tellg() + static_cast<std::uint64_t>(size);
+            if (attribute == "dataWindow") {
+                const std::int64_t x0 = number(), y0 = number();
+                const std::int64_t width = number() - x0 + 1, height = number() - y0 + 1;
+                if (width > 0 && height > 0 && width > kMaxReadPixels / height) {
+                    ThrowTooLarge(name, width, height);
+                }
+                // At most 256 lines share a block, and each block has an entry in a table.
+                if (height / 256 > static_cast<std::int64_t>(bytes.size())) {
+                    ThrowTruncated(name);
+                }
+            }
+            input.seekg(next);
+        }
+    } while (many && input.tellg() < bytes.size() && bytes[input.tellg()] != '\0');
+}
+
 // Of a part's header these say how the file is laid out, not what it shows.
 bool IsStructural(const std::string& attribute) {
     return attribute == "type" || attribute == "name";
@@ -97,19 +167,23 @@ Image MakeImage(const Imf::Header& header, std::size_t file_size, const std::str
         ThrowInvalidArgument(name + ": the EXR has no pixels; replace it");
     }
     const auto count = static_cast<std::int64_t>(channels.size());
-    if (width > kMaxReadPixels / height || count > kMaxValues / (width * height)) {
+    if (width > kMaxReadPixels / height) {
+        ThrowTooLarge(name, width, height);
+    }
+    if (count > kMaxValues / (width * height)) {
         throw Error(ErrorCode::kResourceExhausted,
-                    fmt::format("{}: {}x{} pixels of {} channels are too many; at most {} pixels "
-                                "and {} values are read",
-                                name, width, height, count, kMaxReadPixels, kMaxValues));
+                    fmt::format("{}: {}x{} pixels of {} channels are too much; at most {} values "
+                                "are read",
+                                name, width, height, count, kMaxValues));
     }
     if (header.hasTileDescription() &&
         std::int64_t{header.tileDescription().xSize} * header.tileDescription().ySize >
             kMaxReadPixels) {
         ThrowUnsupported(name, "its tiles are too large");
     }
-    if (width * height * count / kMaxValuesPerByte > static_cast<std::int64_t>(file_size)) {
-        throw Error(ErrorCode::kDataLoss, name + ": the EXR is truncated; restore the file");
+    if (width * height * count / MaxValuesPerByte(header.compression()) >
+        static_cast<std::int64_t>(file_size)) {
+        ThrowTruncated(name);
     }
     Image image(static_cast<int>(width), static_cast<int>(height), channels);
     const auto to_int = [&](std::int64_t value) {
@@ -139,6 +213,7 @@ Imf::Slice FloatSlice(const float* plane, const Imath::Box2i& window, std::int64
 }
 
 Image Parse(std::string_view bytes, const std::string& name) {
+    CheckHeaders(bytes, name);
     MemoryInput input(bytes, name);
     Imf::InputFile file(input, 0);
     const Imf::Header& header = file.header();

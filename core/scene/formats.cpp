@@ -10,7 +10,9 @@
 
 // Formats in order of trial, one a line: name and file extensions. Each has its own load_<name>.cpp
 // with Load<Name>(files, main_name, options) and List<Name>Files(files, main_name).
-#define RELUME_SCENE_FORMATS(FORMAT) FORMAT(Gltf, ".gltf .glb")
+#define RELUME_SCENE_FORMATS(FORMAT) \
+    FORMAT(Gltf, ".gltf .glb")       \
+    FORMAT(Pbrt, ".pbrt")
 
 namespace relume {
 

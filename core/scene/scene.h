@@ -47,8 +47,36 @@ struct Texture {
 //   alpha_mode "opaque" "mask" "blend" ["opaque"], alpha_cutoff [0.5] · double_sided bool [false]
 //   transmission [0], transmission_texture (R), ior [1.5], thin bool [true]: no volume behind the
 //   surface
-// type "diffuse": base_color, base_color_texture, and the emissive, normal and alpha ones as above
-// type "dielectric": ior [1.5], roughness [0], tint 3 numbers [1 1 1]: closed glass
+//
+// Of every type, beside those named with it:
+//   emissive 3 numbers [0 0 0] (radiance), emissive_texture · double_sided bool [false]: it shines
+//   from its back too (all types reflect on both sides)
+//   normal_texture, normal_scale [1] · bump_texture: displacement along the normal, times
+//   bump_scale [1] scene units; only the shading normal follows it
+//   alpha [1], alpha_texture: opacity · alpha_mode, alpha_cutoff as above
+// A colour or number X that may have a texture is X times what X_texture gives (index; a number
+// reads the first channel); "+" marks those that do.
+//
+// type "diffuse": base_color+, base_color_texture's 4th channel as above · sigma [0]: degrees, the
+//   slopes of Oren and Nayar
+// type "coated_diffuse": base_color+ (of the diffuse base) under a smooth or rough dielectric
+//   interface, with light going to and fro between the two: ior [1.5], alpha_u+, alpha_v+ [0]: GGX
+//   alpha along u and v, 0 (below 0.001) is smooth
+// type "conductor": eta 3 numbers, k 3 numbers, or reflectance+ 3 numbers instead: straight on,
+//   which means eta 1 and k 2 sqrt(r / (1 - r)); fresnel bool [true], false: `reflectance` at every
+//   angle · alpha_u+, alpha_v+ [0]
+// type "coated_conductor": as "conductor" under an interface: ior [1.5], alpha_u+, alpha_v+ [0] of
+//   the interface, conductor_alpha_u+, conductor_alpha_v+ [0] of the metal
+// type "dielectric": closed glass: ior [1.5], alpha_u+, alpha_v+ [0] (or roughness [0], whose
+// square
+//   is both), reflect+ 3 numbers [1 1 1], tint+ 3 numbers [1 1 1] (of what goes through),
+//   absorption 3 numbers [0 0 0]: per scene unit on the way inside (its back's side)
+// type "thin_dielectric": a pane without thickness: ior [1.5]; straight through, all reflections
+//   between its two sides included
+// type "diffuse_transmission": base_color+ (reflected), transmittance+ 3 numbers [0 0 0], both
+//   Lambertian
+// type "mix": material_a, material_b (indices of Scene::materials), amount+ [0.5]: share of b.
+//   Emission, alpha, bump and normals are the mix's own
 struct Material {
     std::string name;
     std::string type;
@@ -74,9 +102,10 @@ struct Instance {
 };
 
 // Punctual and other delta lights. type "point": intensity 3 numbers (W/sr); "spot": intensity,
-// inner_angle, outer_angle (radians, half angles); "directional": irradiance 3 numbers (W/m^2).
-// They shine along local -z. type "sun_disk" and others may come. Area lights are meshes whose
-// material has `emissive`.
+// inner_angle, outer_angle (radians, half angles; outer up to pi), falloff "gltf" "smoothstep"
+// "quartic" ["gltf"]: between the angles, with t = (cos - cos outer) / (cos inner - cos outer),
+// t^2, 3 t^2 - 2 t^3 or t^4; "directional": irradiance 3 numbers (W/m^2). They shine along local
+// -z. type "sun_disk" and others may come. Area lights are meshes whose material has `emissive`.
 struct Light {
     std::string name;
     std::string type;
@@ -85,9 +114,13 @@ struct Light {
     SourceLocation source;
 };
 
-// type "perspective": yfov (radians, full vertical angle) or xfov if that is set instead;
-// aspect_ratio only advises on the image's shape. Local space looks along -z, +y up. Lens:
-// lens_radius [0], focus_distance. type "orthographic": xmag, ymag (half extents).
+// type "perspective": yfov (radians, full vertical angle), or xfov, or fov_short (full angle along
+// the picture's shorter side) if that is set instead; aspect_ratio only advises on the image's
+// shape. Local space looks along -z, +x right, +y up; to_world may mirror (pbrt's world is
+// left-handed). Lens: lens_radius [0], focus_distance. type "orthographic": xmag, ymag (half
+// extents), or mag_short (half extent along the shorter side). Both: screen_window x_min x_max
+// y_min y_max [of the image's shape, so that its shorter side is -1 to 1]: what is seen, in units
+// of tan(fov_short / 2) at distance 1, or of scene units.
 struct Camera {
     std::string name;
     std::string type;
@@ -97,11 +130,18 @@ struct Camera {
 };
 
 // Latitude-longitude map: u = 0.5 + atan2(x, -z) / 2 pi, v = acos(y) / pi (row 0 looks up), in the
-// light's local space. image -1: constant `color`.
+// light's local space; to_world turns and may mirror it. image -1: constant `color`.
 struct Environment {
     int image = -1;
     Rgb color{1, 1, 1};  // scales the image
     Transform to_world;
+};
+
+// How the file itself asks to be rendered; 0 = does not say.
+struct RenderHints {
+    int width = 0, height = 0;
+    int max_depth = 0;  // path segments, as RenderSettings::max_depth
+    int spp = 0;
 };
 
 struct Scene {
@@ -116,6 +156,7 @@ struct Scene {
     std::shared_ptr<const Environment> environment;  // null: black
     std::vector<std::string>
         notes;  // what the loader left out or replaced, each once, for the user
+    RenderHints hints;
 
     Box3f Bounds() const;                 // of all instances, world space
     std::uint64_t TriangleCount() const;  // instances counted

@@ -33,4 +33,7 @@ class Planner {
 // known ones.
 std::unique_ptr<Planner> MakePlanner(const std::string& text);
 
+// Text for people: every planner, and its parameters with defaults.
+std::string DescribePlanners();
+
 }  // namespace relume::jobs

@@ -11,13 +11,24 @@ std::unique_ptr<Planner> MakePaper(const ParamSet& params);
 
 namespace {
 
-// One line a planner, and its prototype above; each is defined in the file of its name.
+// One entry a planner, and its prototype above; each is defined in the file of its name.
 constexpr struct {
     const char* name;
     std::unique_ptr<Planner> (*make)(const ParamSet& params);
+    const char* help;  // what it is, source; then a line a parameter: name=default, values, unit
 } kPlanners[] = {
-    {"uniform", MakeUniform},
-    {"paper", MakePaper},
+    {"uniform", MakeUniform,
+     "the same number of samples everywhere\n"
+     "    pilot=4          samples a pixel in the first pass; even, 2 to 4096\n"},
+    {"paper", MakePaper,
+     "adaptive: pixels whose value still changes go on; Xing, Chen, Li 2020\n"
+     "    mode=corrected   corrected: what we think was meant; printed: the paper's equations to "
+     "the letter\n"
+     "    alpha=1-2-4-8    samples that a pixel gets in a pass, by its change; or 1-4-16-32\n"
+     "    pilot=4          samples a pixel in the first pass; even, 4 to 4096\n"
+     "    passes=256       most passes, 1 to 10000\n"
+     "    A pixel that has seen no light yet stops for good: rarely lit regions come out too "
+     "dark.\n"},
 };
 
 }  // namespace
@@ -25,15 +36,23 @@ constexpr struct {
 std::unique_ptr<Planner> MakePlanner(const std::string& text) {
     const NamedParams named = ParseNamedParams(text);
     std::string known;
-    for (const auto& [name, make] : kPlanners) {
-        if (named.name == name) {
-            auto planner = make(named.params);
+    for (const auto& entry : kPlanners) {
+        if (named.name == entry.name) {
+            auto planner = entry.make(named.params);
             named.params.RejectUnused("sampler '" + named.name + "'");
             return planner;
         }
-        known += (known.empty() ? "" : ", ") + std::string(name);
+        known += (known.empty() ? "" : ", ") + std::string(entry.name);
     }
     ThrowInvalidArgument(fmt::format("unknown sampler '{}'; known: {}", named.name, known));
+}
+
+std::string DescribePlanners() {
+    std::string text;
+    for (const auto& entry : kPlanners) {
+        text += fmt::format("{:<11} {}", entry.name, entry.help);
+    }
+    return text;
 }
 
 }  // namespace relume::jobs

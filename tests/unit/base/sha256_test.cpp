@@ -32,9 +32,9 @@ TEST(Sha256, OnlyLowerCaseDigestsAreFileNames) {
     EXPECT_FALSE(IsSha256Hex(""));
     EXPECT_FALSE(IsSha256Hex(digest.substr(1)));
     EXPECT_FALSE(IsSha256Hex(digest + "0"));
-    EXPECT_FALSE(IsSha256Hex("B" + digest.substr(1)));
-    EXPECT_FALSE(IsSha256Hex("../" + digest.substr(3)));
-    EXPECT_FALSE(IsSha256Hex("g" + digest.substr(1)));
+    EXPECT_FALSE(IsSha256Hex(std::string("B") + digest.substr(1)));
+    EXPECT_FALSE(IsSha256Hex(std::string("../") + digest.substr(3)));
+    EXPECT_FALSE(IsSha256Hex(std::string("g") + digest.substr(1)));
 }
 
 }  // namespace

@@ -130,6 +130,15 @@ TEST(Decode, Jpeg) {
     }
 }
 
+TEST(Decode, JpegWithTooManyHuffmanCodesIsRejected) {
+    std::string bytes = Jpeg(8, 8, 3, std::vector<std::uint8_t>(8 * 8 * 3, 9));
+    const auto table = bytes.find("\xff\xc4");
+    ASSERT_NE(table, bytes.npos);
+    // Marker, length and slot take five bytes; 16 counts follow.
+    bytes.replace(table + 5, 16, 16, '\x20');
+    EXPECT_THAT(Fails(bytes).what(), HasSubstr("Huffman"));
+}
+
 TEST(Decode, TgaFlatAndInRuns) {
     const auto pixels = Gradient(7 * 5 * 4);
     for (const bool runs : {false, true}) {

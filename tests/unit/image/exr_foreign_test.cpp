@@ -105,7 +105,8 @@ TEST_F(ForeignExr, TilesWithLevelsAreRead) {
 }
 
 TEST_F(ForeignExr, TheFirstPartIsRead) {
-    std::array<Imf::Header, 2> headers = {Imf::Header(kWidth, kHeight), Imf::Header(4, 4)};
+    std::array<Imf::Header, 2> headers = {Imf::Header(kWidth, kHeight),
+                                          Imf::Header(kWidth, kHeight)};
     for (auto& header : headers) {
         header.setType(Imf::SCANLINEIMAGE);
         header.channels().insert("Y", Imf::Channel(Imf::FLOAT));
@@ -120,7 +121,7 @@ TEST_F(ForeignExr, TheFirstPartIsRead) {
         first.setFrameBuffer(frame);
         first.writePixels(kHeight);
         second.setFrameBuffer(frame);
-        second.writePixels(4);
+        second.writePixels(kHeight);
     }
     const Image image = ReadExr(path_);
     ExpectPixels(image, "Y");

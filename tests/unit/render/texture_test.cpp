@@ -26,7 +26,7 @@ TEST(Texture, BilinearBetweenTexelCentres) {
     EXPECT_NEAR(At(scene, 0.125f), 0, 1e-6f);
     EXPECT_NEAR(At(scene, 0.375f), 1.0f / 3, 1e-6f);
     EXPECT_NEAR(At(scene, 0.25f), 1.0f / 6, 1e-6f);
-    EXPECT_NEAR(At(scene, 0.8125f), 0.75f * 2 / 3 + 0.25f, 1e-6f);
+    EXPECT_NEAR(At(scene, 0.8125f), 0.25f * 2 / 3 + 0.75f, 1e-6f);
 }
 
 TEST(Texture, NearestTakesTheTexel) {

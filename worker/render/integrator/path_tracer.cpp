@@ -59,6 +59,9 @@ std::uint64_t PathTracer::Trace(std::span<const SampleRequest> requests, std::sp
     for (int depth = 1; depth <= max_depth_ && count > 0; ++depth) {
         rays += count;
         keep([&](Path* path) { return Extend(path, depth); });
+        for (std::size_t i = 0; i < count; ++i) {
+            PrefetchTextures(&paths[alive[i]]);
+        }
         std::array<std::uint32_t, kWave> shaded = alive;
         const std::size_t shaded_count = count;
         keep([&](Path* path) { return Shade(path, depth); });
@@ -111,6 +114,18 @@ bool PathTracer::Extend(Path* path, int depth) const {
     return true;
 }
 
+void PathTracer::PrefetchTextures(Path* path) const {
+    const Object& object = accel_.objects()[path->hit.object];
+    path->uv = HitUv(object, path->hit);
+    const CompiledMaterial& m = materials_[object.material];
+    for (const TextureId id :
+         {m.base_color_texture, m.metallic_roughness_texture, m.normal_texture}) {
+        if (id >= 0) {
+            textures_.Prefetch(id, path->uv);
+        }
+    }
+}
+
 void PathTracer::Leave(Path* path) const {
     Rgb radiance;
     if (lights_.has_environment()) {
@@ -133,7 +148,7 @@ bool PathTracer::Shade(Path* path, int depth) const {
     const Object& object = accel_.objects()[path->hit.object];
     const CompiledMaterial& material = materials_[object.material];
     const Surface surface = MakeSurface(object, path->hit, path->origin, path->direction,
-                                        HitUv(object, path->hit), material, textures_);
+                                        path->uv, material, textures_);
     AddEmission(surface, material, path);
     if (depth == max_depth_ && !path->features_open) {
         return false;

@@ -33,12 +33,14 @@ class PathTracer {
     std::uint64_t Trace(std::span<const SampleRequest> requests, std::span<Path> paths,
                         std::span<PixelSample> samples) const;
 
-    static constexpr std::size_t kWave = 64;
+    static constexpr std::size_t kWave = 32;
 
   private:
     void Start(const SampleRequest& request, Path* path) const;
     // Finds the next vertex. False if the ray left the scene: the path has ended.
     bool Extend(Path* path, int depth) const;
+    // Finds the texture coordinates of the hit and asks the memory for the texels.
+    void PrefetchTextures(Path* path) const;
     void Leave(Path* path) const;
     // Emission, features, light, and the next direction. False if the path has ended.
     bool Shade(Path* path, int depth) const;

@@ -1,0 +1,35 @@
+#pragma once
+
+#include "core/scene/pbrt_document.h"
+#include "core/scene/pbrt_textures.h"
+#include "core/scene/scene.h"
+
+namespace relume::pbrt {
+
+// The environment before its picture is there.
+struct EnvironmentPlan {
+    bool exists = false;
+    int picture = -1;         // of Textures, then of Scene::images
+    bool equal_area = false;  // pbrt-v4's map, if the picture is square
+    Environment environment;
+};
+
+// Lights that are not shapes: delta lights go to `scene`.
+EnvironmentPlan ReadLights(const Document& document, Textures* textures, Spectra* spectra,
+                           Scene* scene, Notes* notes);
+
+// Gives the scene its environment, as linear floats in latitude and longitude.
+void FinishEnvironment(EnvironmentPlan plan, Scene* scene, Notes* notes);
+
+// Clarberg's equal-area map of the sphere to the unit square ("Fast Equal-Area Mapping of the
+// (Hemi)Sphere using SIMD", 2008), as pbrt-v4 turns it: the middle is +z.
+Vec2f EqualAreaSquare(Vec3f direction);
+
+// The camera, at most one, and what Film, Sampler and Integrator advise.
+void ReadCamera(const Document& document, Scene* scene, Notes* notes);
+
+// The rotation (and mirroring) of a transformation without its scale; that in `scale`, as the cube
+// root of the determinant. False if it is skewed or scales unevenly: the nearest axes are given.
+bool SplitScale(const Transform& transform, Transform* rigid, float* scale);
+
+}  // namespace relume::pbrt

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/scene/formats.h"
+
+namespace relume::pbrt {
+
+// A place in a file; the name belongs to the Tokens that read it.
+struct Place {
+    const std::string* file = nullptr;
+    int line = 0, column = 0;
+
+    SourceLocation Text() const;  // "scene.pbrt:12:3"
+};
+
+[[noreturn]] void Fail(const Place& place, const std::string& problem);
+
+struct Token {
+    enum class Kind { kWord, kString, kOpen, kClose };
+    Kind kind = Kind::kWord;
+    std::string text;  // a string's without its quotes
+    Place place;
+};
+
+// The words of a pbrt file and of those that it includes, in order. Bounded: 64 files deep, 100,000
+// files and 4 GiB in all, and a file can't include itself.
+class Tokens {
+  public:
+    // `files` must outlive it.
+    Tokens(const FileSource& files, const std::string& main_name);
+
+    std::optional<Token> Next();
+    // The next one without taking it; null at the end.
+    const Token* Peek();
+    // Goes on with that file, relative to the main one's folder, and then here.
+    void Include(const std::string& path, const Place& place);
+    // Includes and the main file, in the order of their first use.
+    const std::vector<std::string>& names() const { return names_; }
+    Place place() const;  // of what comes next
+
+  private:
+    struct File {
+        const std::string* name;
+        std::string bytes;
+        std::size_t at = 0, line_begin = 0;
+        int line = 1;
+    };
+    void Push(const std::string& name);
+    bool SkipBlanks(File* file);
+    std::string ReadString(File* file, const Place& place);
+
+    const FileSource& files_;
+    std::deque<std::string> storage_;  // of the names, for Place
+    std::vector<std::string> names_;
+    std::vector<File> stack_;
+    std::optional<Token> peeked_;
+    std::size_t total_bytes_ = 0, total_files_ = 0;
+};
+
+// A path of a pbrt file as a name in a FileSource: forward slashes, without "." and "..". Throws
+// for an absolute one, or one that leaves the scene's folder.
+std::string PathToName(const std::string& path, const Place& place);
+
+}  // namespace relume::pbrt
