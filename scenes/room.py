@@ -22,7 +22,10 @@ def make(folder):
     brass = out.material("brass", (0.91, 0.70, 0.36), metallic=1, roughness=0.22)
     glass = out.material("glass", (1, 1, 1), roughness=0, glass_ior=1.5)
 
-    _shell(out, plaster)
+    planks = out.texture("floor_color.png", textures.floor_color())
+    block = out.material("oak block", (1, 0.93, 0.84), roughness=0.36, color_texture=planks)
+
+    _shell(out, plaster, planks)
     _window(out)
     _cove(out, wood)
     _sofa(out, weave, wood)
@@ -30,24 +33,24 @@ def make(folder):
     _picture(out)
     _lamp(out, brass)
     _plant(out)
-    _table(out, wood, brass, glass)
+    _table(out, wood, block, glass)
     _side_table(out, brass, glass)
 
     out.camera((1.05, 1.34, 3.05), (-0.35, 0.90, -2.0), 35.5, 1.6)
     out.save()
 
 
-def _shell(out, plaster):
+def _shell(out, plaster, planks):
     floor = out.material(
         "floor", roughness=1,
-        color_texture=out.texture("floor_color.png", textures.floor_color()),
+        color_texture=planks,
         rough_texture=out.texture("floor_roughness.png", textures.floor_roughness()),
         normal_texture=out.texture("floor_normal.png", textures.floor_normal()))
     wall = out.material("back wall", (0.47, 0.52, 0.46), roughness=0.9, normal_texture=plaster,
                         normal_scale=0.7)
     white = out.material("plaster", (0.76, 0.73, 0.68), roughness=0.9, normal_texture=plaster,
                          normal_scale=0.7)
-    ceiling = out.material("ceiling", (0.80, 0.79, 0.76))
+    ceiling = out.material("ceiling", (0.84, 0.83, 0.80))
     w, d, h = RIGHT - LEFT, FRONT - BACK, TOP
     tile = 0.9  # metres of plaster
 
@@ -96,11 +99,10 @@ def _window(out):
     reveal.add(box((LEFT - 0.055, y0 - 0.035, z0 - 0.06), (LEFT + 0.07, y0 + 0.006, z1 + 0.06)))
     out.place("window frame", reveal.without_uvs(), white)
 
-    # A balcony door in the right wall, beside the eye.
-    pale = out.material("balcony door", (0, 0, 0), emissive=(1.75, 2.1, 2.75))
-    for near in (0.45, 1.55):
-        out.place("balcony door", quad((RIGHT - 0.01, 0.15, near), (0, 0, 1.0), (0, 1.95, 0))
-                  .without_uvs(), pale)
+    # A balcony door in the right wall, out of the picture.
+    pale = out.material("balcony door", (0, 0, 0), emissive=(3.2, 3.5, 4.2))
+    door = quad((RIGHT - 0.01, 0.1, -1.35), (0, 0, 1.7), (0, 2.0, 0)).without_uvs()
+    out.place("balcony door", door, pale)
 
     cloth = out.material("curtain", (0.72, 0.66, 0.58), roughness=1, double_sided=True)
 
@@ -117,12 +119,12 @@ def _window(out):
 
 def _cove(out, wood):
     """A ledge along the back wall; the strip behind its lip shines at the ceiling."""
-    light = out.material("cove light", (0, 0, 0), emissive=(16, 11, 6.6))
+    light = out.material("cove light", (0, 0, 0), emissive=(5.9, 4.05, 2.45))
     z = BACK
     ledge = box((LEFT - 0.1, 2.13, z - 0.1), (RIGHT + 0.1, 2.165, z + 0.26))
     ledge.add(box((LEFT - 0.11, 2.115, z + 0.24), (RIGHT + 0.11, 2.235, z + 0.27)))
     out.place("ledge", ledge.without_uvs(), wood)
-    strip = quad((LEFT + 0.05, 2.172, z + 0.15), (RIGHT - LEFT - 0.1, 0, 0), (0, 0, -0.07))
+    strip = quad((LEFT + 0.05, 2.172, z + 0.21), (RIGHT - LEFT - 0.1, 0, 0), (0, 0, -0.17))
     out.place("cove light", strip.without_uvs(), light)
 
 
@@ -131,11 +133,11 @@ def _sofa(out, weave, wood):
                           normal_scale=0.8, repeat=(90, 90))
     x, z = -0.30, -1.78
     out.place("sofa base", rounded_box((2.02, 0.20, 0.86), 0.04), petrol, (x, 0.24, z))
-    arm = rounded_box((0.19, 0.44, 0.90), 0.075, 4)
+    arm = rounded_box((0.19, 0.44, 0.90), 0.075, 3)
     for side in (-1, 1):
         out.place("sofa arm", arm, petrol, (x + side * 1.06, 0.40, z + 0.01))
-    seat = rounded_box((0.955, 0.17, 0.74), 0.06, 3, 5, 0.03)
-    back = rounded_box((0.95, 0.46, 0.20), 0.075, 3, 5, 0.045)
+    seat = rounded_box((0.955, 0.17, 0.74), 0.06, 2, 4, 0.03)
+    back = rounded_box((0.95, 0.46, 0.20), 0.075, 2, 4, 0.045)
     for side in (-1, 1):
         out.place("sofa seat", seat, petrol, (x + side * 0.4805, 0.42, z + 0.08))
         out.place("sofa back", back, petrol, (x + side * 0.4785, 0.69, z - 0.26), turn=(-12, 0, 0))
@@ -186,17 +188,20 @@ def _lamp(out, brass):
     """Light goes up and down only: the shade is thick metal, and the bulb sits deep in it."""
     x, z = 1.50, -2.0
     foot = lathe([(0, 0.001), (0.15, 0.001)] + arc((0.15, 0.013), 0.012, -90, 90, 4)
-                 + [(0.03, 0.032), (0.014, 0.05), (0.0125, 1.36)], 40)
+                 + [(0.03, 0.032), (0.014, 0.05), (0.0125, 1.36)], 28)
     out.place("lamp foot", foot.without_uvs(), brass, (x, 0, z))
     outside, inside = [(0.205, 0), (0.135, 0.28)], [(0.131, 0.28), (0.201, 0)]
     shade = out.material("lamp shade", (0.035, 0.085, 0.095), roughness=0.3)
     lining = out.material("lamp lining", (0.85, 0.62, 0.30), metallic=1, roughness=0.45)
     out.place("lamp shade", lathe(outside + [inside[0]], 48).without_uvs(), shade, (x, 1.36, z))
     out.place("lamp lining", lathe(inside + [outside[0]], 48).without_uvs(), lining, (x, 1.36, z))
-    bulb = out.material("bulb", (0, 0, 0), emissive=(52, 31, 14.5))
-    out.place("bulb", sphere(0.045, 10).without_uvs(), bulb, (x, 1.49, z))
-    holder = lathe([(0, 0), (0.022, 0), (0.022, 0.08), (0, 0.08)], 16).without_uvs()
-    out.place("bulb holder", holder, brass, (x, 1.36, z))
+    # Two discs on a plate: one shines down, one up.
+    disc = lathe([(0.125, 0.008), (0, 0.008)], 24).without_uvs()
+    bulb = out.material("bulb", (0, 0, 0), emissive=(17, 10.6, 5.4))
+    for turn in (0, 180):
+        out.place("bulb", disc, bulb, (x, 1.47, z), turn=(turn, 0, 0))
+    out.place("bulb holder", tube([(x - 0.17, 1.47, z), (x + 0.17, 1.47, z)], 0.006, 8)
+              .without_uvs(), brass)
 
 
 def _plant(out):
@@ -221,10 +226,10 @@ def _plant(out):
     shape = sheet(8, 8, lambda s, t: blade(1 - s, t))
     shape.uvs = [(1 - u, v) for u, v in shape.uvs]
     random.seed(12)
-    for i in range(13):
+    for i in range(12):
         turn = math.radians(137.5 * i + 20)
-        height = 0.62 + 0.068 * i + 0.05 * random.random()
-        reach = 0.34 - 0.016 * i + 0.05 * random.random()
+        height = 0.93 + 0.052 * i + 0.05 * random.random()
+        reach = 0.30 - 0.014 * i + 0.05 * random.random()
         top = (x + reach * math.sin(turn) * (0.9 if math.sin(turn) < 0 else 1.1), height,
                z + reach * math.cos(turn) + 0.03)
         middle = (x + 0.35 * reach * math.sin(turn), 0.33 + 0.62 * (height - 0.33),
@@ -232,9 +237,9 @@ def _plant(out):
         path = curve([(x, 0.30, z), middle, top], 3)
         out.place("stalk", tube(path, [0.010 - 0.0008 * k for k in range(len(path))], 6)
                   .without_uvs(), stalk)
-        size = 0.33 + 0.07 * random.random() - 0.006 * i
+        size = 0.42 + 0.08 * random.random() - 0.006 * i
         out.place("leaf", shape, leaf, top,
-                  turn=(18 - 3.5 * i + 8 * random.random(), math.degrees(turn), 0),
+                  turn=(38 - 4.5 * i + 10 * random.random(), math.degrees(turn), 0),
                   scale=(size, size, size))
 
 
@@ -245,14 +250,15 @@ def _vase():
     inside = [(max(r - 0.006, 0.0), h) for r, h in reversed(outside)]
     floor = [(r, max(h, 0.022)) for r, h in inside if h > 0.02]
     profile = [(0, 0.0), (0.050, 0.0)] + arc((0.050, 0.005), 0.005, -60, -30, 1) + outside[1:]
-    return lathe(profile + arc((0.0575, 0.3605), 0.003, 30, 150, 4) + floor
-                 + [(0.045, 0.016), (0.0, 0.013)], 44, crease=75).without_uvs()
+    return lathe(profile + arc((0.0575, 0.3605), 0.003, 30, 150, 2) + floor
+                 + [(0.045, 0.016), (0.0, 0.013)], 40, crease=75).without_uvs()
 
 
-def _table(out, wood, brass, glass):
+def _table(out, wood, block, glass):
     x, z, top = -0.10, 0.22, 0.38
     board = lathe([(0, top - 0.04)] + arc((0.50, top - 0.02), 0.02, -90, 90, 5) + [(0, top)], 64)
-    out.place("table top", board.without_uvs(), wood, (x, 0, z))
+    board.uvs = [(0.3 + p[0] / 0.9, 0.02 + p[2] / 0.7) for p in board.positions]
+    out.place("table top", board, block, (x, 0, z))
     for k in range(3):
         a = math.radians(120 * k + 40)
         leg = tube([(x + 0.36 * math.sin(a), 0.012, z + 0.36 * math.cos(a)),
@@ -261,9 +267,9 @@ def _table(out, wood, brass, glass):
     on = top + 0.0005
 
     out.place("glass vase", _vase(), glass, (x - 0.26, on, z - 0.08))
-    ball = sphere(0.078, 20).without_uvs()
-    out.place("glass ball", ball, glass, (x + 0.10, on + 0.078, z + 0.28))
-    out.place("glass ball", ball, glass, (x - 0.085, on + 0.05, z + 0.33), scale=(0.64, 0.64, 0.64))
+    ball = sphere(0.088, 18).without_uvs()
+    out.place("glass ball", ball, glass, (x + 0.10, on + 0.088, z + 0.26))
+    out.place("glass ball", ball, glass, (x - 0.10, on + 0.088 * 0.62, z + 0.33), scale=(0.62, 0.62, 0.62))
 
     # A turned and brushed pot with spout and handle.
     copper = out.material(
@@ -274,7 +280,7 @@ def _table(out, wood, brass, glass):
     lid = curve([(0.058, 0.160), (0.040, 0.176), (0.012, 0.184), (0.010, 0.192)], 2)
     knob = arc((0.0, 0.207), 0.017, -50, 90, 5)
     px, pz = x + 0.20, z - 0.10
-    out.place("pot body", lathe(body + lid + knob, 44, 50), copper, (px, on, pz))
+    out.place("pot body", lathe(body + lid + knob, 40, 50), copper, (px, on, pz))
     spout = curve([(0.085, 0.05, 0), (0.135, 0.07, 0), (0.155, 0.12, 0), (0.185, 0.155, 0)], 5)
     parts = tube(spout, [0.026 - 0.0105 * k / (len(spout) - 1) for k in range(len(spout))], 16)
     handle = curve([(-0.060, 0.142, 0), (-0.115, 0.155, 0), (-0.160, 0.115, 0), (-0.145, 0.06, 0),
@@ -291,7 +297,7 @@ def _table(out, wood, brass, glass):
     side = curve([(0.05, 0.004), (0.105, 0.028), (0.145, 0.075)], 4)
     inner = [(r - 0.005, h + 0.004) for r, h in reversed(side)]
     profile = [(0, 0.0), (0.045, 0.0)] + side + arc((0.1425, 0.0765), 0.003, 20, 160, 3)[1:] + inner
-    out.place("bowl", lathe(profile + [(0, 0.007)], 48, uv_size=(2, 2)), bowl,
+    out.place("bowl", lathe(profile + [(0, 0.007)], 44, uv_size=(2, 2)), bowl,
               (x + 0.02, on, z + 0.02 - 0.30))
 
 
@@ -306,7 +312,7 @@ def _side_table(out, brass, glass):
     plate = lathe([(0, top - 0.016)] + arc((0.212, top - 0.008), 0.008, -90, 90, 4) + [(0, top)], 56)
     out.place("side table", plate.without_uvs(), brass, (x, 0, z))
     post = lathe([(0, 0.001), (0.13, 0.001), (0.13, 0.012), (0.022, 0.02), (0.016, 0.05),
-                  (0.016, top - 0.01)], 40)
+                  (0.016, top - 0.01)], 28)
     out.place("side table post", post.without_uvs(), brass, (x, 0, z))
     books = random.Random(3)
     y = top + 0.0005
@@ -318,5 +324,5 @@ def _side_table(out, brass, glass):
                   .without_uvs(), cover, (x - 0.03, y + thick / 2, z), turn=(0, books.uniform(-16, 24), 0))
         y += thick + 0.0005
     ring = out.material("ceramic", (0.74, 0.72, 0.68), roughness=0.18)
-    out.place("ring", torus(0.066, 0.021, 40, 14).without_uvs(), ring, (x - 0.03, y + 0.0868, z),
+    out.place("ring", torus(0.066, 0.021, 32, 12).without_uvs(), ring, (x - 0.03, y + 0.0868, z),
               turn=(90, 25, 0))

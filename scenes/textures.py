@@ -184,6 +184,8 @@ def rug_color(width=320, height=224):
     palette = [_color(c * (0.86 + 0.14 * k / (shades - 1)) for c in base)
                for base in (cream, navy, rust, ochre, sage) for k in range(shades)]
 
+    thread = [int(random.random() * shades) for _ in range(61)]
+
     def motif(x, y):
         edge = min(x, y, width - 1 - x, height - 1 - y)
         if edge < 5:
@@ -214,7 +216,7 @@ def rug_color(width=320, height=224):
         return 0
 
     def pixel(x, y):
-        return motif(x, y) * shades + (x * 7 + y * 3 + int(random.random() * 3)) % shades
+        return motif(x, y) * shades + thread[(x * 5 + y * 3) % len(thread)]
 
     return png.indexed(width, height, palette, pixel)
 

@@ -25,9 +25,14 @@ struct Options {
     bool all_layers = false, describe = false;
 };
 
-// Says on stderr what was missing in the file.
-void Denoise(const Options& options) {
+// Exit codes, those of relume (docs/commands.md).
+constexpr int kExitUsage = 2, kExitInput = 3, kExitOutput = 6;
+
+// Says on stderr what was missing in the file. `exit_code` is what a failure from here on means.
+void Denoise(const Options& options, int* exit_code) {
+    *exit_code = kExitUsage;
     const auto denoiser = relume::denoise::MakeDenoiser(options.filter);
+    *exit_code = kExitInput;
     relume::Image image = relume::ReadExr(options.input);
     std::vector<std::string> notes;
     try {
@@ -50,6 +55,7 @@ void Denoise(const Options& options) {
         }
         out.metadata() = image.metadata();
         out.metadata()["relume.filter"] = denoiser->Describe();
+        *exit_code = kExitOutput;
         relume::WriteExr(options.output, out);
     } catch (const relume::Error& error) {
         // What is said of the picture does not know the file; what is said of a file names it.
@@ -86,19 +92,22 @@ int main(int argc, char** argv) {
             throw CLI::RequiredError("input and --output");
         }
     } catch (const CLI::ParseError& error) {
-        return app.exit(error) == 0 ? 0 : 2;
+        return app.exit(error) == 0 ? 0 : kExitUsage;
     }
     if (options.describe) {
         fmt::print("{}", relume::denoise::DescribeDenoisers());
         return 0;
     }
+    // A file that may not grow is an error of a write, not an end.
+    std::signal(SIGXFSZ, SIG_IGN);
     std::signal(SIGPIPE, SIG_IGN);
     relume::SetThreadCount(options.threads);
+    int exit_code = 1;
     try {
-        Denoise(options);
+        Denoise(options, &exit_code);
     } catch (const std::exception& error) {
         fmt::print(stderr, "relume-denoise: {}\n", error.what());
-        return 1;
+        return exit_code;
     }
     return 0;
 }

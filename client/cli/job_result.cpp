@@ -22,10 +22,10 @@ void RequireSuccess(const v1::Job& job) {
         throw CommandError(kExitJob, fmt::format("{} is not over, it is {}; see `relume watch {}`",
                                                  job.name(), StateName(job.state()), job.name()));
     }
-    throw CommandError(
-        kExitJob, fmt::format("{} {}{}", job.name(),
-                              job.state() == v1::JOB_STATE_FAILED ? "has failed" : "was cancelled",
-                              job.message().empty() ? "" : ": " + job.message()));
+    const bool failed = job.state() == v1::JOB_STATE_FAILED;
+    throw CommandError(kExitJob,
+                       fmt::format("{} {}{}", job.name(), failed ? "has failed" : "was cancelled",
+                                   failed ? ": " + job.message() : ""));
 }
 
 void SaveResult(Client* client, const v1::Job& job, const OutputOptions& output,

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cstdlib>
+#include <set>
 
 #include "core/base/error.h"
 
@@ -77,9 +78,16 @@ void AddOutputOptions(CLI::App* app, OutputOptions* options) {
 }
 
 void CheckOutputs(const OutputOptions& options) {
-    for (const auto* path : {&options.image, &options.png, &options.report}) {
-        if (!path->empty() || path == &options.image) {
-            CheckOutput(*path);
+    std::set<std::string> paths;
+    for (const auto& path : {options.image, options.png, options.report}) {
+        if (!path.empty() && !paths.insert(path).second) {
+            ThrowInvalidArgument(path + ": two results can't go into one file; name another");
+        }
+    }
+    CheckOutput(options.image);
+    for (const auto& path : {options.png, options.report}) {
+        if (!path.empty()) {
+            CheckOutput(path);
         }
     }
 }

@@ -19,8 +19,9 @@ class OutputError : public Error {
 void CheckOutput(const std::string& path);
 
 // A file that appears under its name only when it is whole: written under a temporary name in the
-// same folder, synced and renamed; without Commit nothing is left. Errors are OutputErrors that
-// name path and reason. Not thread-safe.
+// same folder, synced and renamed; without Commit nothing is left. Links are followed; to a device
+// or a pipe the bytes go at Commit. Errors are OutputErrors that name path and reason. Not
+// thread-safe.
 class OutputFile {
   public:
     explicit OutputFile(std::string path);
@@ -35,7 +36,12 @@ class OutputFile {
     void Commit();
 
   private:
-    std::string path_, temporary_;
+    void CopyToDevice();
+
+    std::string path_;     // as given, for messages
+    std::string target_;   // where links lead
+    bool device_ = false;  // target_ is no file
+    std::string temporary_;
     int fd_ = -1;
     std::uint64_t size_ = 0;
 };

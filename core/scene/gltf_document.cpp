@@ -94,17 +94,34 @@ std::string Readable(const std::exception& error) {
     return text.size() <= kMaxMessage ? text : text.substr(0, kMaxMessage) + "...";
 }
 
-json ParseJson(const std::string& text, const std::string& name) {
-    const auto limit_depth = [&](int depth, json::parse_event_t, json&) {
-        if (depth > kMaxDepth) {
-            Fail(name,
-                 fmt::format("JSON is nested deeper than {}; export the scene again", kMaxDepth));
+// Looked at beforehand: the library's own hook walks over all of an array's elements at each of
+// them.
+void CheckDepth(const std::string& text, const std::string& name) {
+    int depth = 0;
+    bool in_string = false;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (in_string) {
+            i += c == '\\' ? 1 : 0;
+            in_string = c != '"';
+        } else if (c == '"') {
+            in_string = true;
+        } else if (c == '{' || c == '[') {
+            if (++depth > kMaxDepth) {
+                Fail(name, fmt::format("JSON is nested deeper than {}; export the scene again",
+                                       kMaxDepth));
+            }
+        } else if (c == '}' || c == ']') {
+            --depth;
         }
-        return true;
-    };
+    }
+}
+
+json ParseJson(const std::string& text, const std::string& name) {
+    CheckDepth(text, name);
     json root;
     try {
-        root = json::parse(text, limit_depth);
+        root = json::parse(text);
     } catch (const json::exception& error) {
         Fail(name, fmt::format("not whole JSON: {}; restore the file or export it again",
                                Readable(error)));

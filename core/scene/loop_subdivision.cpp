@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <unordered_map>
+#include <utility>
 
 namespace relume {
 namespace {
@@ -13,35 +13,47 @@ struct Edge {
     int faces = 0;
 };
 
-// A mesh's edges, and where each is.
+// A mesh's edges, and those of each face: xy, yz, zx.
 struct Edges {
     std::vector<Edge> list;
-    std::unordered_map<std::uint64_t, std::uint32_t> index;
+    std::vector<Vec3u> of_face;
 
-    explicit Edges(const std::vector<Vec3u>& triangles) {
-        index.reserve(triangles.size() * 2);
-        for (const Vec3u& t : triangles) {
-            Add(t.x, t.y, t.z);
-            Add(t.y, t.z, t.x);
-            Add(t.z, t.x, t.y);
+    explicit Edges(const std::vector<Vec3u>& triangles) : of_face(triangles.size()) {
+        struct Side {
+            std::uint64_t key;  // its corners, the smaller one first
+            std::uint32_t face, side, opposite;
+        };
+        std::vector<Side> sides;
+        sides.reserve(triangles.size() * 3);
+        for (std::uint32_t i = 0; i < triangles.size(); ++i) {
+            const Vec3u& t = triangles[i];
+            sides.push_back({Key(t.x, t.y), i, 0, t.z});
+            sides.push_back({Key(t.y, t.z), i, 1, t.x});
+            sides.push_back({Key(t.z, t.x), i, 2, t.y});
+        }
+        std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+            return a.key != b.key ? a.key < b.key : a.face < b.face;
+        });
+        for (std::size_t i = 0; i < sides.size(); ++i) {
+            const Side& side = sides[i];
+            if (i == 0 || side.key != sides[i - 1].key) {
+                list.push_back({static_cast<std::uint32_t>(side.key >> 32),
+                                static_cast<std::uint32_t>(side.key),
+                                {0, 0},
+                                0});
+            }
+            Edge& edge = list.back();
+            if (edge.faces < 2) {
+                edge.opposite[edge.faces] = side.opposite;
+            }
+            ++edge.faces;
+            (&of_face[side.face].x)[side.side] = static_cast<std::uint32_t>(list.size() - 1);
         }
     }
-    static std::uint64_t Key(std::uint32_t a, std::uint32_t b) {
-        return static_cast<std::uint64_t>(std::min(a, b)) << 32 | std::max(a, b);
-    }
-    std::uint32_t Find(std::uint32_t a, std::uint32_t b) const { return index.at(Key(a, b)); }
 
   private:
-    void Add(std::uint32_t a, std::uint32_t b, std::uint32_t opposite) {
-        const auto [it, is_new] = index.emplace(Key(a, b), static_cast<std::uint32_t>(list.size()));
-        if (is_new) {
-            list.push_back({std::min(a, b), std::max(a, b), {0, 0}, 0});
-        }
-        Edge& edge = list[it->second];
-        if (edge.faces < 2) {
-            edge.opposite[edge.faces] = opposite;
-        }
-        ++edge.faces;
+    static std::uint64_t Key(std::uint32_t a, std::uint32_t b) {
+        return static_cast<std::uint64_t>(std::min(a, b)) << 32 | std::max(a, b);
     }
 };
 
@@ -99,9 +111,10 @@ void Refine(std::vector<Vec3f>* positions, std::vector<Vec3u>* triangles) {
     std::vector<Vec3u> faces;
     faces.reserve(triangles->size() * 4);
     const auto first = static_cast<std::uint32_t>(p.size());
-    for (const Vec3u& t : *triangles) {
-        const std::uint32_t xy = first + edges.Find(t.x, t.y), yz = first + edges.Find(t.y, t.z),
-                            zx = first + edges.Find(t.z, t.x);
+    for (std::size_t i = 0; i < triangles->size(); ++i) {
+        const Vec3u& t = (*triangles)[i];
+        const Vec3u& e = edges.of_face[i];
+        const std::uint32_t xy = first + e.x, yz = first + e.y, zx = first + e.z;
         faces.push_back({t.x, xy, zx});
         faces.push_back({xy, t.y, yz});
         faces.push_back({zx, yz, t.z});

@@ -9,6 +9,13 @@
 
 namespace relume::pbrt {
 
+// Sets a material's parameter: three numbers (color) or one, and the texture beside it.
+void SetValue(const Value& value, bool color, const std::string& name, Material* material);
+void SetRgb(Rgb c, const std::string& name, Material* material);
+
+// Materials that bound media and are not seen.
+bool HasNoSurface(const std::string& type);
+
 // Turns the materials that shapes use into Scene's, each combination of material, area light,
 // interior medium and alpha once. The meaning of each type is in scene.h.
 class Materials {

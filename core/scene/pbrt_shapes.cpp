@@ -146,7 +146,7 @@ void MakeBilinear(const Declared& shape, Mesh* mesh, Notes* notes) {
 }
 
 void MakeLoop(const Declared& shape, Mesh* mesh, Notes* notes) {
-    constexpr std::size_t kMostFaces = std::size_t{1} << 23;
+    constexpr std::size_t kMostFaces = std::size_t{1} << 21;
     mesh->positions = shape.params.Points("P");
     Require(!mesh->positions.empty(), shape, "it has no vertices P");
     const std::vector<std::uint32_t> indices = Indices(shape, 3, mesh->positions.size());

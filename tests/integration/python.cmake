@@ -1,6 +1,13 @@
-# A client in another language, made with protoc and grpc_python_plugin from proto/.
-add_test(NAME PythonClient.SubmitsWatchesAndFetches
-    COMMAND /usr/bin/python3 ${CMAKE_CURRENT_SOURCE_DIR}/python/service_test.py
-        ${CMAKE_BINARY_DIR}/bin ${PROJECT_SOURCE_DIR})
-set_tests_properties(PythonClient.SubmitsWatchesAndFetches PROPERTIES
-    LABELS integration TIMEOUT 300 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+# Processes on loopback, driven from outside: a client in another language (made with protoc and
+# grpc_python_plugin from proto/), the same bits whoever renders, and what goes wrong.
+function(relume_python_test name script)
+    add_test(NAME ${name}
+        COMMAND /usr/bin/python3 ${CMAKE_CURRENT_SOURCE_DIR}/python/${script}
+            ${CMAKE_BINARY_DIR}/bin ${PROJECT_SOURCE_DIR})
+    set_tests_properties(${name} PROPERTIES
+        LABELS integration TIMEOUT 600 ENVIRONMENT PYTHONDONTWRITEBYTECODE=1)
+endfunction()
+
+relume_python_test(PythonClient.SubmitsWatchesAndFetches service_test.py)
+relume_python_test(Farm.SameBitsWhoeverRenders digest_test.py)
+relume_python_test(Commands.FailWithOneClearLine errors_test.py)

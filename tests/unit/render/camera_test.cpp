@@ -101,7 +101,7 @@ TEST(Camera, IsChosenByNameOrIndex) {
     EXPECT_EQ(ChooseCamera(scene, settings, &notes).name, "camera");
     settings.camera = "side";
     EXPECT_EQ(ChooseCamera(scene, settings, &notes).name, "side");
-    settings.camera = "1";
+    settings.camera = std::string("1");
     EXPECT_EQ(ChooseCamera(scene, settings, &notes).name, "side");
     settings.camera = "top";
     try {

@@ -49,6 +49,16 @@ TEST(SelfIntersection, PlaneOfAnySizeIsEvenlyLit) {
     }
 }
 
+TEST(SelfIntersection, ClosedMeshesAreTight) {
+    // A fine black sphere around the camera, the sky outside: no ray gets out between triangles.
+    auto scene = std::make_shared<Scene>();
+    scene->materials = {Diffuse({0, 0, 0})};
+    AddMesh(scene.get(), Sphere(0, 256));
+    SetEnvironment(scene.get(), {1, 1, 1});
+    scene->cameras.push_back(PerspectiveCamera({0.1f, 0.2f, -0.3f}, {0.3f, 1, 0.4f}, 2));
+    EXPECT_EQ(EstimateMean(RenderAll(scene, Settings(400, 300, 1), 8), 0).mean, 0);
+}
+
 TEST(SelfIntersection, ContactShadowsHold) {
     // A small box on a large ground: what is next to its foot, 0.1 % of its size away, is in its
     // shadow.

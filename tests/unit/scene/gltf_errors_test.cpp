@@ -51,6 +51,12 @@ TEST(GltfErrors, MalformedJsonSaysLineAndColumn) {
     EXPECT_THAT(MessageOfText(std::string(100000, '[')), HasSubstr("nested deeper"));
 }
 
+TEST(GltfErrors, BracketsInNamesAreNoDepth) {
+    GltfFile file = TriangleFile();
+    file.json["meshes"][0]["name"] = "\"\\" + std::string(1000, '[') + "\\";
+    EXPECT_EQ(Load(file).TriangleCount(), 1u);
+}
+
 TEST(GltfErrors, MessagesAreOneLineAndShort) {
     const std::string message =
         MessageOfText("{\"asset\": \"data:" + std::string(100000, 'x') + "\n");

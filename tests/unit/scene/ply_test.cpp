@@ -97,7 +97,6 @@ TEST(Ply, CorruptFilesAreTold) {
     EXPECT_THAT(message(Binary("binary_little_endian", 4, 4000000000u, 4, false)),
                 HasSubstr("truncated"));
     EXPECT_THAT(message(Binary("binary_little_endian", 4, 1, 255, false)), HasSubstr("truncated"));
-    EXPECT_THAT(message(Binary("binary_little_endian", 3, 1, 4, false)), HasSubstr("m.ply"));
     for (std::size_t size = 0; size < good.size(); ++size) {
         EXPECT_THROW(ReadPly(good.substr(0, size), "m.ply"), Error) << size;
     }

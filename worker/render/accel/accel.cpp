@@ -86,6 +86,14 @@ struct Accel::Embree {
         }
     }
 
+    // Watertight: else about one ray in 300 000 slips between two triangles of a fine mesh, and
+    // brings the sky into a closed room. Costs a seventh of the traversal.
+    RTCScene NewScene() const {
+        const RTCScene made = rtcNewScene(device.get());
+        rtcSetSceneFlags(made, RTC_SCENE_FLAG_ROBUST);
+        return made;
+    }
+
     // A new, committed geometry of the mesh under a transform.
     RTCGeometry MakeGeometry(const Mesh& mesh, std::size_t mesh_index,
                              const Transform& to_world) const {
@@ -142,7 +150,7 @@ Accel::Accel(const Scene& scene, const std::vector<CompiledMaterial>& materials,
 
     embree.device.Build([&] {
         const bool flatten_all = scene.TriangleCount() <= kFlattenTriangles;
-        embree.scene = rtcNewScene(embree.device.get());
+        embree.scene = embree.NewScene();
         std::vector<Box3f> bounds(scene.meshes.size());
         for (std::size_t i = 0; i < scene.instances.size(); ++i) {
             const Instance& instance = scene.instances[i];
@@ -161,7 +169,7 @@ Accel::Accel(const Scene& scene, const std::vector<CompiledMaterial>& materials,
             } else {
                 RTCScene& shared = embree.mesh_scenes[mesh_index];
                 if (shared == nullptr) {
-                    shared = rtcNewScene(embree.device.get());
+                    shared = embree.NewScene();
                     const RTCGeometry part = embree.MakeGeometry(mesh, mesh_index, Transform());
                     rtcAttachGeometry(shared, part);
                     rtcReleaseGeometry(part);

@@ -45,7 +45,7 @@ Surface MakeSurface(const Object& object, const Hit& hit, Vec3f origin, Vec3f di
         {std::abs(s.point.x), std::abs(s.point.y), std::abs(s.point.z), hit.t, object.extent});
     if (object.triangles != nullptr) {
         coordinate =
-            std::max(coordinate, object.triangles[hit.triangle].Size() * object.scale);
+            coordinate;
     }
     s.rounding = coordinate * kRounding;
 

@@ -33,7 +33,7 @@ class PathTracer {
     std::uint64_t Trace(std::span<const SampleRequest> requests, std::span<Path> paths,
                         std::span<PixelSample> samples) const;
 
-    static constexpr std::size_t kWave = 32;
+    static constexpr std::size_t kWave = 64;
 
   private:
     void Start(const SampleRequest& request, Path* path) const;

@@ -1,0 +1,62 @@
+"""Programs of Relume as processes on loopback, for tests. BIN and SOURCE come from the command line."""
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+
+BIN, SOURCE = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
+ROOM = SOURCE / 'scenes' / 'room' / 'room.gltf'
+
+
+def relume(*arguments, server=None, check=True, cwd=None):
+    """Runs a command to its end; RELUME_SERVER is `server`, or unset."""
+    env = {k: v for k, v in os.environ.items() if k != 'RELUME_SERVER'}
+    if server:
+        env['RELUME_SERVER'] = server
+    run = subprocess.run([BIN / 'relume', *map(str, arguments)], env=env, cwd=cwd, text=True,
+                         stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=240)
+    if check and run.returncode != 0:
+        raise AssertionError(f'relume {arguments} ended with {run.returncode}: {run.stderr}')
+    return run
+
+
+class Farm:
+    """A server and workers that this test can kill. A context manager: all are gone at its end."""
+
+    def __init__(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp())
+        self.server = subprocess.Popen(
+            [BIN / 'relume-server', '--listen', '127.0.0.1:0', '--data', self.folder / 'data',
+             '--with-parent', '--log-level', 'error'], stdout=subprocess.PIPE, text=True)
+        self.address = self.server.stdout.readline().split()[-1]
+        self.workers = []
+
+    def start_worker(self):
+        worker = subprocess.Popen(
+            [BIN / 'relume-worker', '--server', self.address, '--threads', '1', '--log-level', 'error',
+             '--cache', self.folder / f'cache{len(self.workers)}', '--with-parent'])
+        self.workers.append(worker)
+        return worker
+
+    def alive(self):
+        return [p.poll() is None for p in (self.server, *self.workers)]
+
+    def job(self, name):
+        jobs = json.loads(relume('jobs', '--json', server=self.address).stdout)
+        jobs = jobs['jobs'] if isinstance(jobs, dict) else jobs
+        return next(j for j in jobs if name in (j.get('job'), j.get('name')))
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        for process in (*self.workers, self.server):
+            if process.poll() is None:
+                process.terminate()
+        for process in (*self.workers, self.server):
+            process.wait(timeout=20)
+        self.server.stdout.close()
+        shutil.rmtree(self.folder)

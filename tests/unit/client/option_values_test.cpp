@@ -1,0 +1,68 @@
+#include "client/cli/option_values.h"
+
+#include <gtest/gtest.h>
+
+#include "core/base/error.h"
+
+namespace relume::client {
+namespace {
+
+// The message with which `parse` refuses `text`; "" if it takes it.
+template <typename Parse>
+std::string Refusal(Parse parse, const std::string& text) {
+    try {
+        parse(text);
+        return "";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ErrorCode::kInvalidArgument);
+        return error.what();
+    }
+}
+
+TEST(ParseSize, ReadsWidthAndHeight) {
+    const Size size = ParseSize("1280x720");
+    EXPECT_EQ(size.width, 1280);
+    EXPECT_EQ(size.height, 720);
+    EXPECT_EQ(ParseSize("65536x1024").width, 65536);
+}
+
+TEST(ParseSize, RefusesWithOptionValueAndRange) {
+    for (const char* text :
+         {"0x0", "1x0", "-1x5", "65537x1", "1e9x1e9", "1000000000x1000000000", "65536x65536",
+          "1.5x2", "nanxnan", "infx1", "99999999999999999999x1"}) {
+        const std::string message = Refusal(ParseSize, text);
+        EXPECT_NE(message.find(std::string("--size ") + text), std::string::npos) << text;
+        EXPECT_NE(message.find("1 to 65536"), std::string::npos) << message;
+    }
+    for (const char* text : {"", "1280", "x", "1280x", "x720", "1280x720x3", "1280X720", "axb",
+                             "1280 x 720", "+1x1"}) {
+        EXPECT_NE(Refusal(ParseSize, text).find("WIDTHxHEIGHT"), std::string::npos) << text;
+    }
+}
+
+TEST(ParseCrop, ReadsARectangle) { EXPECT_EQ(ParseCrop("1,2,30,40"), (TileRect{1, 2, 30, 40})); }
+
+TEST(ParseCrop, RefusesWhatIsNoRectangle) {
+    EXPECT_NE(Refusal(ParseCrop, "5,5,5,9").find("empty"), std::string::npos);
+    EXPECT_NE(Refusal(ParseCrop, "9,5,5,9").find("empty"), std::string::npos);
+    EXPECT_NE(Refusal(ParseCrop, "-1,0,5,5").find("0 to 65536"), std::string::npos);
+    EXPECT_NE(Refusal(ParseCrop, "0,0,1e9,5").find("0 to 65536"), std::string::npos);
+    for (const char* text : {"", "1,2,3", "1,2,3,4,5", "a,b,c,d", "1 2 3 4", "1,2,3,"}) {
+        EXPECT_NE(Refusal(ParseCrop, text).find("X0,Y0,X1,Y1"), std::string::npos) << text;
+    }
+}
+
+TEST(ParseSpp, ReadsWholeAndBroken) {
+    EXPECT_EQ(ParseSpp("8"), 8);
+    EXPECT_EQ(ParseSpp("0.25"), 0.25);
+    EXPECT_EQ(ParseSpp("1048576"), 1048576);
+}
+
+TEST(ParseSpp, RefusesWhatIsNoBudget) {
+    for (const char* text : {"", "0", "-1", "nan", "inf", "1048577", "8 ", "8x", "eight"}) {
+        EXPECT_NE(Refusal(ParseSpp, text).find("above 0"), std::string::npos) << text;
+    }
+}
+
+}  // namespace
+}  // namespace relume::client
