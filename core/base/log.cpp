@@ -38,6 +38,7 @@ void InitLogging(const std::string& process, const std::string& level, bool json
         ThrowInvalidArgument("unknown log level '" + level +
                              "'; known: trace, debug, info, warn, error, off");
     }
+    spdlog::drop(process);  // of an earlier call
     auto logger = json ? spdlog::stderr_logger_mt(process) : spdlog::stderr_color_mt(process);
     if (json) {
         auto formatter = std::make_unique<spdlog::pattern_formatter>();

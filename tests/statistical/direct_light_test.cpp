@@ -121,9 +121,9 @@ TEST(DirectLight, TexturedEmissionHasItsMean) {
 TEST(DirectLight, MaskedPartOfALightDoesNotShine) {
     // The left half is cut out; the same as if it were black, whoever finds the light.
     auto scene = UnderRectangle(false, false);
-    const int cut = AddTexture(scene.get(), 2, 1, 4,
-                               std::vector<std::uint8_t>{255, 255, 255, 0, 255, 255, 255, 255},
-                               false);
+    const int cut =
+        AddTexture(scene.get(), 2, 1, 4,
+                   std::vector<std::uint8_t>{255, 255, 255, 0, 255, 255, 255, 255}, false);
     scene->textures[0].nearest = true;
     scene->materials[1].params.Set("base_color_texture", static_cast<float>(cut));
     scene->materials[1].params.Set("alpha_mode", "mask");

@@ -85,8 +85,7 @@ TEST(Mis, LightSamplingMaterialSamplingAndBothAgree) {
         for (const float roughness : {0.4f, 0.7f}) {
             glossy.metallic = metallic;
             glossy.roughness = roughness;
-            const Estimates e =
-                Estimate(lit, glossy, Normalize({0.4f, 0.1f, 1}), 150000);
+            const Estimates e = Estimate(lit, glossy, Normalize({0.4f, 0.1f, 1}), 150000);
             ExpectAgree(e.by_light, e.by_both, "light sampling against both");
             ExpectAgree(e.by_bsdf, e.by_both, "material sampling against both");
             EXPECT_LT(e.by_both.SampleVariance(),

@@ -37,8 +37,8 @@ std::string Gltf(const std::string& material = "", const std::string& extra = ""
 
 const char* const kGlowing = R"(,"emissiveFactor":[1,1,1])";
 const char* const kCameras = R"(,"cameras":[
-    {"name":"front","type":"perspective","perspective":{"yfov":1,"aspectRatio":2}},
-    {"name":"side","type":"perspective","perspective":{"yfov":1}}])";
+    {"name":"front","type":"perspective","perspective":{"znear":0.1,"yfov":1,"aspectRatio":2}},
+    {"name":"side","type":"perspective","perspective":{"znear":0.1,"yfov":1}}])";
 
 class SceneFilesTest : public testing::Test {
   protected:

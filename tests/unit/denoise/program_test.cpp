@@ -82,14 +82,14 @@ TEST_F(DenoiseProgram, FailsInOneLineThatNamesTheFile) {
     WriteFileAtomically(folder_.path() / "cut.exr", ReadFile(input_).substr(0, 900));
     for (const char* name : {"missing.exr", "depth.exr", "cut.exr"}) {
         const std::string path = folder_.path() / name;
-        EXPECT_EQ(Run(path + " -o " + output_), 1) << name;
+        EXPECT_EQ(Run(path + " -o " + output_), 3) << name;
         EXPECT_THAT(printed_, HasSubstr(path));
         EXPECT_EQ(std::ranges::count(printed_, '\n'), 1) << printed_;
         EXPECT_FALSE(Wrote());
     }
-    EXPECT_EQ(Run(input_ + " -o /nonexistent/out.exr"), 1);
+    EXPECT_EQ(Run(input_ + " -o /nonexistent/out.exr"), 6);
     EXPECT_THAT(printed_, HasSubstr("/nonexistent/out.exr"));
-    EXPECT_EQ(Run(input_ + " -o " + output_ + " --filter bilatral"), 1);
+    EXPECT_EQ(Run(input_ + " -o " + output_ + " --filter bilatral"), 2);
     EXPECT_THAT(printed_, HasSubstr("known: none, bilateral"));
     EXPECT_FALSE(Wrote());
 }

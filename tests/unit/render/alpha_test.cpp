@@ -13,8 +13,8 @@ std::shared_ptr<Scene> UnderSheet(const char* mode, std::uint8_t left, std::uint
     scene->materials = {Diffuse({1, 1, 1}), Diffuse({0, 0, 0})};
     AddMesh(scene.get(), Quad({-5, 0, 5}, {5, 0, 5}, {5, 0, -5}, {-5, 0, -5}, 0));
     AddMesh(scene.get(), Quad({-4, 2, 4}, {4, 2, 4}, {4, 2, -4}, {-4, 2, -4}, 1));
-    const int texture = AddTexture(
-        scene.get(), 2, 1, 4, std::vector<std::uint8_t>{0, 0, 0, left, 0, 0, 0, right}, false);
+    const int texture = AddTexture(scene.get(), 2, 1, 4,
+                                   std::vector<std::uint8_t>{0, 0, 0, left, 0, 0, 0, right}, false);
     scene->textures[0].nearest = true;
     scene->materials[1].params.Set("base_color_texture", static_cast<float>(texture));
     scene->materials[1].params.Set("alpha_mode", mode);
@@ -52,8 +52,7 @@ TEST(Alpha, BlendStopsRaysInProportion) {
     // The view and the light each pass with probability 1 - alpha, independently.
     const double pass = 1 - 102 / 255.0;
     // 64 pixels of 256 samples: standard error of a fraction near a third, 4 times.
-    EXPECT_NEAR(MeanOf(UnderSheet("blend", 102, 255, -2), 256) / kLit, pass * pass,
-                4 * 0.48 / 128);
+    EXPECT_NEAR(MeanOf(UnderSheet("blend", 102, 255, -2), 256) / kLit, pass * pass, 4 * 0.48 / 128);
     EXPECT_EQ(MeanOf(UnderSheet("blend", 102, 255, 2)), 0);
     EXPECT_NEAR(MeanOf(UnderSheet("blend", 0, 255, -2)), kLit, 1e-4);
 }

@@ -62,8 +62,8 @@ TEST(Camera, LensRaysMeetInThePlaneOfFocus) {
     camera.params.Set("lens_radius", 0.25f);
     camera.params.Set("focus_distance", 4.0f);
     const RayCamera c = CompileCamera(camera, Size(64, 48));
-    const RayCamera pinhole = CompileCamera(test::PerspectiveCamera({0, 0, 0}, {0, 0, -1}, 1),
-                                            Size(64, 48));
+    const RayCamera pinhole =
+        CompileCamera(test::PerspectiveCamera({0, 0, 0}, {0, 0, -1}, 1), Size(64, 48));
     for (const Vec2f film : {Vec2f{32, 24}, {3, 40}, {60, 2}}) {
         const Vec3f through = pinhole.Generate(film, {}).direction;
         const Vec3f focus = through * (-4 / through.z);

@@ -11,8 +11,8 @@ namespace {
 double Mean(const Film& film, int feature) {
     double sum = 0;
     for (std::size_t i = 0; i < film.pixel_count(); ++i) {
-        sum += (film.Plane(kFeatureMeanA + feature)[i] + film.Plane(kFeatureMeanB + feature)[i]) /
-               2;
+        sum +=
+            (film.Plane(kFeatureMeanA + feature)[i] + film.Plane(kFeatureMeanB + feature)[i]) / 2;
     }
     return sum / static_cast<double>(film.pixel_count());
 }

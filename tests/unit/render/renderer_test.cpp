@@ -138,8 +138,8 @@ TEST(Renderer, OnlyPixelsThatAreAskedForAreSampled) {
     const TileResult result = renderer.RenderTile(task, cancel);
     EXPECT_EQ(result.pixels, (std::vector<std::uint32_t>{9, 40}));
     ASSERT_EQ(result.planes.size(), 2u * kFilmChannelCount);
-    EXPECT_EQ(result.planes[2 * kCountA], 2);      // samples 0 and 2
-    EXPECT_EQ(result.planes[2 * kCountB], 1);      // sample 1
+    EXPECT_EQ(result.planes[2 * kCountA], 2);  // samples 0 and 2
+    EXPECT_EQ(result.planes[2 * kCountB], 1);  // sample 1
     EXPECT_EQ(result.planes[2 * kCountA + 1], 65);
     EXPECT_EQ(result.planes[2 * kCountB + 1], 65);
     const TileResult nothing = renderer.RenderTile(Task({0, 0, 8, 8}, 0, 0), cancel);

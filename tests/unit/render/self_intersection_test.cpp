@@ -24,8 +24,7 @@ std::shared_ptr<Scene> Slope(float half, float distance, Vec3f offset, bool smoo
     sun.params.Set("irradiance", std::vector<float>{1, 1, 1});
     sun.to_world = Transform::LookAt(n, {0, 0, 0}, u);
     scene->lights.push_back(sun);
-    scene->cameras.push_back(
-        PerspectiveCamera(offset + n * distance, offset, 0.8f, u));
+    scene->cameras.push_back(PerspectiveCamera(offset + n * distance, offset, 0.8f, u));
     return scene;
 }
 
@@ -83,13 +82,15 @@ TEST(SelfIntersection, InstancesThatShareAMeshShadeLikeCopies) {
     few->materials = {MetallicRoughness({0.8f, 0.6f, 0.4f}, 0.5f, 0.5f)};
     AddMesh(few.get(), Sphere(0, 24),
             Transform::Translate({-1, 0, 0}) * Transform::Scale({1, 0.5f, -0.8f}));
-    few->instances.push_back({0, Transform::Translate({1, 0, 0}) * Transform::Rotate(0, 0.6f, 0, 0.8f)});
+    few->instances.push_back(
+        {0, Transform::Translate({1, 0, 0}) * Transform::Rotate(0, 0.6f, 0, 0.8f)});
     SetEnvironment(few.get(), {1, 0.8f, 0.6f});
     few->lights.push_back(PointLight({3, 4, 5}, {40, 40, 40}));
     few->cameras.push_back(PerspectiveCamera({0, 0, 6}, {0, 0, 0}, 0.6f));
     auto many = std::make_shared<Scene>(*few);
     for (int i = 0; many->TriangleCount() <= 2'100'000; ++i) {
-        many->instances.push_back({0, Transform::Translate({1e-3f * static_cast<float>(i), 0, 300})});
+        many->instances.push_back(
+            {0, Transform::Translate({1e-3f * static_cast<float>(i), 0, 300})});
     }
     const RenderSettings settings = Settings(32, 24, 4);
     const Film a = RenderAll(few, settings, 16), b = RenderAll(many, settings, 16);

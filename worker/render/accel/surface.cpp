@@ -44,8 +44,7 @@ Surface MakeSurface(const Object& object, const Hit& hit, Vec3f origin, Vec3f di
     float coordinate = std::max(
         {std::abs(s.point.x), std::abs(s.point.y), std::abs(s.point.z), hit.t, object.extent});
     if (object.triangles != nullptr) {
-        coordinate =
-            coordinate;
+        coordinate = std::max(coordinate, object.triangles[hit.triangle].Size() * object.scale);
     }
     s.rounding = coordinate * kRounding;
 
@@ -72,8 +71,7 @@ Surface MakeSurface(const Object& object, const Hit& hit, Vec3f origin, Vec3f di
     // A normal that looks away from the viewer (interpolated, or from a map) is bent back to the
     // rim.
     const float cos_o = -Dot(normal, direction);
-    const float least =
-        std::clamp(-Dot(s.at.geometric, direction), kSmallestCosine, kLeastCosine);
+    const float least = std::clamp(-Dot(s.at.geometric, direction), kSmallestCosine, kLeastCosine);
     if (cos_o < least) {
         normal = Normalize(normal - direction * (least - cos_o));
     }

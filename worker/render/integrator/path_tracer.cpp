@@ -147,8 +147,8 @@ bool PathTracer::Shade(Path* path, int depth) const {
     path->shadow_is_feature = false;
     const Object& object = accel_.objects()[path->hit.object];
     const CompiledMaterial& material = materials_[object.material];
-    const Surface surface = MakeSurface(object, path->hit, path->origin, path->direction,
-                                        path->uv, material, textures_);
+    const Surface surface = MakeSurface(object, path->hit, path->origin, path->direction, path->uv,
+                                        material, textures_);
     AddEmission(surface, material, path);
     if (depth == max_depth_ && !path->features_open) {
         return false;

@@ -57,10 +57,10 @@ class PathTracer {
     const RayCamera& camera_;
     std::uint32_t seed_;
     int max_depth_;
-    bool blends_ = false;           // some surface is partly transparent
-    bool last_is_any_hit_ = false;  // the last segment can only find the environment
+    bool blends_ = false;              // some surface is partly transparent
+    bool last_is_any_hit_ = false;     // the last segment can only find the environment
     bool last_finds_nothing_ = false;  // not even that
-    Vec3f center_;                  // of the scene's bounding sphere
+    Vec3f center_;                     // of the scene's bounding sphere
     float radius_ = 0;
 };
 

@@ -26,8 +26,8 @@ inline std::uint32_t LaineKarras(std::uint32_t x, std::uint32_t seed) {
 }
 
 // Second Sobol' dimension of a point whose index is given with its bits reversed (which is the
-// first dimension). Its matrix is Pascal's triangle modulo 2: digit j is the sum of the index bits i
-// whose binary digits include those of j (Lucas), applied here in five steps.
+// first dimension). Its matrix is Pascal's triangle modulo 2: digit j is the sum of the index bits
+// i whose binary digits include those of j (Lucas), applied here in five steps.
 inline std::uint32_t SecondSobol(std::uint32_t reversed_index) {
     std::uint32_t v = reversed_index;
     v ^= v << 16;

@@ -65,9 +65,8 @@ TextureSet::TextureSet(const Scene& scene, const std::vector<bool>& used) {
                                    static_cast<std::size_t>(image.height) *
                                    static_cast<std::size_t>(image.channels);
         if (values == 0 || std::max(image.bytes.size(), image.floats.size()) < values) {
-            ThrowInvalidArgument(
-                fmt::format("{}: the picture has no pixels; load the scene with its images",
-                            image.name));
+            ThrowInvalidArgument(fmt::format(
+                "{}: the picture has no pixels; load the scene with its images", image.name));
         }
         if (storage_[index] == nullptr) {
             // A picture of one colour is one texel.
