@@ -3,6 +3,7 @@
 
 #include <cstdio>
 #include <memory>
+#include <string>
 
 #include "client/cli/commands.h"
 #include "client/cli/exit_codes.h"
@@ -12,10 +13,15 @@
 namespace relume::client {
 namespace {
 
+// Of `app` itself: App::help goes on to the subcommand that was parsed, which is this one.
+std::string HelpOf(const CLI::App& app, const std::string& usage) {
+    return app.get_formatter()->make_help(&app, usage, CLI::AppFormatMode::Normal);
+}
+
 void PrintCommandHelp(const CLI::App& app, const std::string& name) {
     for (const auto& command : Commands()) {
         if (name == command.name) {
-            fmt::print("{}", app.get_subcommand(name)->help());
+            fmt::print("{}", HelpOf(*app.get_subcommand(name), "relume " + name));
             return;
         }
     }
@@ -31,7 +37,7 @@ Runner AddHelp(CLI::App* app) {
     return [topic, app](Interrupts*) -> int {
         CLI::App* const top = app->get_parent();
         if (topic->empty()) {
-            fmt::print("{}", top->help());
+            fmt::print("{}", HelpOf(*top, "relume"));
         } else if (*topic == "filters") {
             ReplaceProcess("relume-denoise", {"--describe"});
         } else if (*topic == "samplers") {
