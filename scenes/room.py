@@ -1,5 +1,5 @@
-"""A living room at dusk. A strip of light behind a ledge, never seen itself, reaches most of the room
-by way of the ceiling; a lamp with an opaque shade and the sky in the window add to it."""
+"""A living room at dusk. A strip of light behind a ledge, never seen itself, shines at the ceiling;
+the sky in the window, a door out of the picture and a lamp with an opaque shade do the rest."""
 
 import math
 import random
@@ -100,7 +100,7 @@ def _window(out):
     out.place("window frame", reveal.without_uvs(), white)
 
     # A balcony door in the right wall, out of the picture.
-    pale = out.material("balcony door", (0, 0, 0), emissive=(3.2, 3.5, 4.2))
+    pale = out.material("balcony door", (0, 0, 0), emissive=(3.85, 4.2, 5.0))
     door = quad((RIGHT - 0.01, 0.1, -1.35), (0, 0, 1.7), (0, 2.0, 0)).without_uvs()
     out.place("balcony door", door, pale)
 
@@ -119,7 +119,7 @@ def _window(out):
 
 def _cove(out, wood):
     """A ledge along the back wall; the strip behind its lip shines at the ceiling."""
-    light = out.material("cove light", (0, 0, 0), emissive=(5.9, 4.05, 2.45))
+    light = out.material("cove light", (0, 0, 0), emissive=(3.9, 2.7, 1.6))
     z = BACK
     ledge = box((LEFT - 0.1, 2.13, z - 0.1), (RIGHT + 0.1, 2.165, z + 0.26))
     ledge.add(box((LEFT - 0.11, 2.115, z + 0.24), (RIGHT + 0.11, 2.235, z + 0.27)))
@@ -129,8 +129,8 @@ def _cove(out, wood):
 
 
 def _sofa(out, weave, wood):
-    petrol = out.material("petrol cloth", (0.075, 0.205, 0.225), roughness=0.85, normal_texture=weave,
-                          normal_scale=0.8, repeat=(90, 90))
+    petrol = out.material("petrol cloth", (0.075, 0.205, 0.225), roughness=0.85,
+                          normal_texture=weave, normal_scale=0.8, repeat=(90, 90))
     x, z = -0.30, -1.78
     out.place("sofa base", rounded_box((2.02, 0.20, 0.86), 0.04), petrol, (x, 0.24, z))
     arm = rounded_box((0.19, 0.44, 0.90), 0.075, 3)
@@ -147,7 +147,8 @@ def _sofa(out, weave, wood):
             out.place("sofa leg", leg, wood, (x + dx, 0, z + dz))
 
     shape = pillow(0.47, 0.45, 0.19, 14)
-    colors = {"ochre": (0.62, 0.32, 0.055), "rust": (0.43, 0.10, 0.045), "cream": (0.70, 0.62, 0.50)}
+    colors = {"ochre": (0.62, 0.32, 0.055), "rust": (0.43, 0.10, 0.045),
+              "cream": (0.70, 0.62, 0.50)}
     cloth = {name: out.material(name + " cloth", color, roughness=0.95, normal_texture=weave,
                                 normal_scale=0.9, repeat=(70, 70))
              for name, color in colors.items()}
@@ -197,7 +198,7 @@ def _lamp(out, brass):
     out.place("lamp lining", lathe(inside + [outside[0]], 48).without_uvs(), lining, (x, 1.36, z))
     # Two discs on a plate: one shines down, one up.
     disc = lathe([(0.125, 0.008), (0, 0.008)], 24).without_uvs()
-    bulb = out.material("bulb", (0, 0, 0), emissive=(17, 10.6, 5.4))
+    bulb = out.material("bulb", (0, 0, 0), emissive=(14.5, 9.0, 4.6))
     for turn in (0, 180):
         out.place("bulb", disc, bulb, (x, 1.47, z), turn=(turn, 0, 0))
     out.place("bulb holder", tube([(x - 0.17, 1.47, z), (x + 0.17, 1.47, z)], 0.006, 8)
@@ -257,19 +258,21 @@ def _vase():
 def _table(out, wood, block, glass):
     x, z, top = -0.10, 0.22, 0.38
     board = lathe([(0, top - 0.04)] + arc((0.50, top - 0.02), 0.02, -90, 90, 5) + [(0, top)], 64)
-    board.uvs = [(0.3 + p[0] / 0.9, 0.02 + p[2] / 0.7) for p in board.positions]
+    board.uvs = [(0.3 + p[0] / 0.9, 0.07 + p[2] / 0.7) for p in board.positions]
     out.place("table top", board, block, (x, 0, z))
     for k in range(3):
         a = math.radians(120 * k + 40)
         leg = tube([(x + 0.36 * math.sin(a), 0.012, z + 0.36 * math.cos(a)),
-                    (x + 0.30 * math.sin(a), top - 0.03, z + 0.30 * math.cos(a))], [0.014, 0.026], 14)
+                    (x + 0.30 * math.sin(a), top - 0.03, z + 0.30 * math.cos(a))],
+                   [0.014, 0.026], 14)
         out.place("table leg", leg.without_uvs(), wood)
     on = top + 0.0005
 
     out.place("glass vase", _vase(), glass, (x - 0.26, on, z - 0.08))
     ball = sphere(0.088, 18).without_uvs()
     out.place("glass ball", ball, glass, (x + 0.10, on + 0.088, z + 0.26))
-    out.place("glass ball", ball, glass, (x - 0.10, on + 0.088 * 0.62, z + 0.33), scale=(0.62, 0.62, 0.62))
+    out.place("glass ball", ball, glass, (x - 0.10, on + 0.088 * 0.62, z + 0.33),
+              scale=(0.62, 0.62, 0.62))
 
     # A turned and brushed pot with spout and handle.
     copper = out.material(
@@ -291,9 +294,9 @@ def _table(out, wood, block, glass):
               out.material("hollow", (0.02, 0.01, 0.008)), **_on_spout(px, on, pz))
 
     # A hammered bowl.
+    dents = out.texture("hammered_normal.png", textures.hammered_normal())
     bowl = out.material("hammered brass", (0.91, 0.70, 0.36), metallic=1, roughness=0.16,
-                        normal_texture=out.texture("hammered_normal.png", textures.hammered_normal()),
-                        normal_scale=0.55)
+                        normal_texture=dents, normal_scale=0.55)
     side = curve([(0.05, 0.004), (0.105, 0.028), (0.145, 0.075)], 4)
     inner = [(r - 0.005, h + 0.004) for r, h in reversed(side)]
     profile = [(0, 0.0), (0.045, 0.0)] + side + arc((0.1425, 0.0765), 0.003, 20, 160, 3)[1:] + inner
@@ -309,7 +312,8 @@ def _on_spout(x, y, z):
 
 def _side_table(out, brass, glass):
     x, z, top = 1.08, -1.55, 0.50
-    plate = lathe([(0, top - 0.016)] + arc((0.212, top - 0.008), 0.008, -90, 90, 4) + [(0, top)], 56)
+    rim = arc((0.212, top - 0.008), 0.008, -90, 90, 4)
+    plate = lathe([(0, top - 0.016)] + rim + [(0, top)], 56)
     out.place("side table", plate.without_uvs(), brass, (x, 0, z))
     post = lathe([(0, 0.001), (0.13, 0.001), (0.13, 0.012), (0.022, 0.02), (0.016, 0.05),
                   (0.016, top - 0.01)], 28)
@@ -320,8 +324,9 @@ def _side_table(out, brass, glass):
     for k, color in enumerate(colors):
         cover = out.material("book %d" % k, color, roughness=0.55)
         thick = 0.024 + 0.006 * k
-        out.place("book", rounded_box((0.23 - 0.02 * k, thick, 0.16 - 0.012 * k), 0.003, 1)
-                  .without_uvs(), cover, (x - 0.03, y + thick / 2, z), turn=(0, books.uniform(-16, 24), 0))
+        book = rounded_box((0.23 - 0.02 * k, thick, 0.16 - 0.012 * k), 0.003, 1).without_uvs()
+        out.place("book", book, cover, (x - 0.03, y + thick / 2, z),
+                  turn=(0, books.uniform(-16, 24), 0))
         y += thick + 0.0005
     ring = out.material("ceramic", (0.74, 0.72, 0.68), roughness=0.18)
     out.place("ring", torus(0.066, 0.021, 32, 12).without_uvs(), ring, (x - 0.03, y + 0.0868, z),

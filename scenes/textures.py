@@ -1,4 +1,5 @@
-"""The room's textures, computed pixel by pixel; all but picture, sky and leaf repeat without a seam."""
+"""The room's textures, computed pixel by pixel. All but rug, picture, sky and leaf repeat without a
+seam."""
 
 import math
 import random
@@ -249,7 +250,7 @@ def picture_color(width=288, height=192):
     return png.indexed(width, height, palette, pixel)
 
 
-def sky_color(width=96, height=128):
+def sky_color(width=240, height=320):
     """Dusk: what the window shines with."""
     steps = 40
     sky = [_color(mix((255, 196, 158), (104, 156, 232), min(1, (k / (steps - 1)) ** 0.55)))
@@ -278,15 +279,14 @@ def leaf_color(width=96, height=128):
         s, t = ((x + 0.5) / width - 0.5) * 2, 1 - (y + 0.5) / height
         # Half width at height t: a heart.
         half = 0.96 * math.sin(math.pi * min(1, t) ** 0.62) ** 0.75 * (1 - 0.18 * t)
-        if t < 0.12:
-            half = max(half * 1.0, 0.0)
         distance = abs(s)
         if distance > half or (t < 0.10 and distance < 0.5 * (0.10 - t) / 0.10 and distance > 0.03):
             return shades
         # Slits run outwards and up.
         slope = t - 0.30 * distance
         phase = (slope * 6.5 + (0.5 if s > 0 else 0.0)) % 1.0
-        if 0.16 < slope < 0.80 and distance > 0.34 * half and abs(phase - 0.5) < 0.13 * distance / half:
+        if (0.16 < slope < 0.80 and distance > 0.34 * half
+                and abs(phase - 0.5) < 0.13 * distance / half):
             return shades
         vein = min(distance * 14, abs((slope * 6.5 + (0.0 if s > 0 else 0.5)) % 1.0 - 0.5) * 7)
         tone = 0.42 + 0.22 * noise(s * 6 + 9, t * 8, 64, 64, 3) + (0.34 if vein < 0.35 else 0)
