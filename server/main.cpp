@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <grpc/support/log.h>
 #include <malloc.h>
-#include <sys/prctl.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -42,8 +41,10 @@ std::filesystem::path DefaultData() {
 int main(int argc, char** argv) {
     relume::server::ServerOptions options;
     std::string listen = "127.0.0.1:7878", data = DefaultData().string(), log_level = "info";
-    bool insecure = false, log_json = false, with_parent = false, describe_samplers = false;
+    bool insecure = false, log_json = false, describe_samplers = false;
     int threads = 0;
+
+    int with_parent = 0;  // 1, or the pid of the parent
 
     CLI::App app{
         "Takes jobs, lends their pixels to relume-workers, and filters and keeps the images."};
@@ -62,7 +63,9 @@ int main(int argc, char** argv) {
     app.add_option("--log-level", log_level, "trace, debug, info, warn, error or off")
         ->capture_default_str();
     app.add_flag("--log-json", log_json, "log lines as JSON objects");
-    app.add_flag("--with-parent", with_parent, "stop with the process that started this one");
+    app.add_flag("--with-parent", with_parent,
+                 "stop with the process that started this one; =PID: and at once, if that is not "
+                 "its parent");
     app.add_flag("--describe-samplers", describe_samplers,
                  "list the samplers and their parameters");
     try {
@@ -75,8 +78,8 @@ int main(int argc, char** argv) {
         fmt::print("{}", relume::jobs::DescribePlanners());
         return 0;
     }
-    if (with_parent) {
-        prctl(PR_SET_PDEATHSIG, SIGTERM);
+    if (with_parent != 0) {
+        relume::EndWithParent(SIGTERM, with_parent);
     }
     std::signal(SIGPIPE, SIG_IGN);
     // Buffers of a few hundred KB come and go with each lease: they are kept, not given back to the

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 #include <grpc/support/log.h>
 #include <malloc.h>
-#include <sys/prctl.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -50,7 +49,9 @@ int main(int argc, char** argv) {
     options.name = HostAndPid();
     std::string cache = DefaultCache().string();
     std::string log_level = "info";
-    bool log_json = false, with_parent = false;
+    bool log_json = false;
+
+    int with_parent = 0;  // 1, or the pid of the parent
 
     CLI::App app{
         "Renders leases for a relume-server. SIGTERM: hands back what has not begun and leaves."};
@@ -70,15 +71,17 @@ int main(int argc, char** argv) {
     app.add_option("--log-level", log_level, "trace, debug, info, warn, error or off")
         ->capture_default_str();
     app.add_flag("--log-json", log_json, "log lines as JSON objects");
-    app.add_flag("--with-parent", with_parent, "die with the process that started this one");
+    app.add_flag(
+        "--with-parent", with_parent,
+        "die with the process that started this one; =PID: and at once, if that is not its parent");
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
         return app.exit(error) == 0 ? 0 : 2;
     }
 
-    if (with_parent) {
-        prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (with_parent != 0) {
+        relume::EndWithParent(SIGKILL, with_parent);
     }
     std::signal(SIGPIPE, SIG_IGN);
     // Buffers of a few hundred KB come and go with each lease: they are kept, not given back to the

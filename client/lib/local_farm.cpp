@@ -1,6 +1,7 @@
 #include "client/lib/local_farm.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -26,8 +27,11 @@ LocalFarm::LocalFarm(const FarmOptions& options) {
     }
     const std::string level = options.show_logs ? "info" : "warn";
 
-    std::vector<std::string> arguments{"--listen",      options.listen, "--data", data,
-                                       "--with-parent", "--log-level",  level};
+    // With its pid, they see that this process has ended even if it did so before they were up.
+    const std::string with_parent = fmt::format("--with-parent={}", getpid());
+
+    std::vector<std::string> arguments{"--listen",  options.listen, "--data", data,
+                                       with_parent, "--log-level",  level};
     if (options.insecure) {
         arguments.push_back("--insecure");
     }
@@ -50,7 +54,7 @@ LocalFarm::LocalFarm(const FarmOptions& options) {
             ProgramBeside("relume-worker"),
             std::vector<std::string>{"--server", address_, "--threads", std::to_string(threads),
                                      "--name", fmt::format("local-{}", i + 1), "--cache", cache,
-                                     "--with-parent", "--log-level", level},
+                                     with_parent, "--log-level", level},
             options.show_logs));
     }
 }

@@ -2,10 +2,12 @@
 
 #include <fcntl.h>
 #include <poll.h>
+#include <sys/prctl.h>
 #include <sys/signalfd.h>
 #include <unistd.h>
 
 #include <csignal>
+#include <cstdlib>
 #include <utility>
 
 #include "core/base/error.h"
@@ -48,6 +50,13 @@ SignalWatcher::~SignalWatcher() {
     close(stop_pipe_[1]);  // the reading end reports the hang-up
     thread_.join();
     close(stop_pipe_[0]);
+}
+
+void EndWithParent(int signal, int parent) {
+    prctl(PR_SET_PDEATHSIG, signal);
+    if (parent > 1 && getppid() != parent) {
+        std::_Exit(1);
+    }
 }
 
 }  // namespace relume

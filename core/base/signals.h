@@ -22,4 +22,9 @@ class SignalWatcher {
     std::thread thread_;
 };
 
+// Has the kernel send `signal` to this process when the one that started it ends. `parent` is that
+// one's pid, by which it is seen that it ended before this call: this process then ends, too. 1 or
+// less: not known. Call at the start of main().
+void EndWithParent(int signal, int parent);
+
 }  // namespace relume

@@ -30,14 +30,14 @@ class Farm:
         self.folder = pathlib.Path(tempfile.mkdtemp())
         self.server = subprocess.Popen(
             [BIN / 'relume-server', '--listen', '127.0.0.1:0', '--data', self.folder / 'data',
-             '--with-parent', '--log-level', 'error'], stdout=subprocess.PIPE, text=True)
+             f'--with-parent={os.getpid()}', '--log-level', 'error'], stdout=subprocess.PIPE, text=True)
         self.address = self.server.stdout.readline().split()[-1]
         self.workers = []
 
     def start_worker(self):
         worker = subprocess.Popen(
             [BIN / 'relume-worker', '--server', self.address, '--threads', '1', '--log-level', 'error',
-             '--cache', self.folder / f'cache{len(self.workers)}', '--with-parent'])
+             '--cache', self.folder / f'cache{len(self.workers)}', f'--with-parent={os.getpid()}'])
         self.workers.append(worker)
         return worker
 

@@ -41,7 +41,8 @@ class ServiceTest(unittest.TestCase):
         (root / 'stubs').mkdir()
         make_stubs(root / 'stubs')
         cls.server = subprocess.Popen(
-            [BIN / 'relume-server', '--listen', '127.0.0.1:0', '--data', root / 'data', '--with-parent'],
+            [BIN / 'relume-server', '--listen', '127.0.0.1:0', '--data', root / 'data',
+             f'--with-parent={os.getpid()}'],
             stdout=subprocess.PIPE, text=True)
         cls.processes = [cls.server]
         line = cls.server.stdout.readline()
@@ -50,7 +51,7 @@ class ServiceTest(unittest.TestCase):
         for i in range(2):
             cls.processes.append(subprocess.Popen(
                 [BIN / 'relume-worker', '--server', cls.address, '--threads', '1',
-                 '--cache', root / f'cache{i}', '--with-parent']))
+                 '--cache', root / f'cache{i}', f'--with-parent={os.getpid()}']))
         import grpc
         cls.grpc = grpc
         cls.channel = grpc.insecure_channel(cls.address)

@@ -42,5 +42,19 @@ TEST(SignalWatcher, PassesOnEachSignalAndEndsWithout) {
     EXPECT_EXIT(Watch(), testing::ExitedWithCode(0), "");
 }
 
+// Ends with 0 if EndWithParent lets it.
+[[noreturn]] void StayWith(int parent) {
+    EndWithParent(SIGKILL, parent);
+    std::_Exit(0);
+}
+
+TEST(EndWithParent, EndsAtOnceIfTheParentIsGone) {
+    GTEST_FLAG_SET(death_test_style, "fast");
+    const int parent = getpid();  // of the processes that EXPECT_EXIT makes
+    EXPECT_EXIT(StayWith(parent), testing::ExitedWithCode(0), "");
+    EXPECT_EXIT(StayWith(1), testing::ExitedWithCode(0), "");  // not known
+    EXPECT_EXIT(StayWith(parent + 1), testing::ExitedWithCode(1), "");
+}
+
 }  // namespace
 }  // namespace relume

@@ -3,13 +3,22 @@
 #include <fmt/format.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
+
 #include "core/base/error.h"
+#include "core/base/parallel.h"
 #include "worker/render/render.h"
 
 namespace relume::render {
 namespace {
 
 constexpr int kBuildTasks = 4;
+
+// Slots that no worker thread is asked for, since there are not that many: TBB would complain on
+// stderr. The arena is as wide as ever.
+unsigned ReservedSlots() {
+    return static_cast<unsigned>(kBuildTasks - std::min(kBuildTasks - 1, ThreadCount() - 1));
+}
 
 const char* Reason(RTCError error) {
     switch (error) {
@@ -31,7 +40,7 @@ const char* Reason(RTCError error) {
 }  // namespace
 
 Device::Device() {
-    tbb::task_arena arena(kBuildTasks);
+    tbb::task_arena arena(kBuildTasks, ReservedSlots());
     arena.execute([&] { device_ = rtcNewDevice(fmt::format("isa={}", kIsa).c_str()); });
     if (device_ == nullptr) {
         throw Error(ErrorCode::kFailedPrecondition,
@@ -54,7 +63,7 @@ Device::Device() {
 Device::~Device() { rtcReleaseDevice(device_); }
 
 void Device::Build(const std::function<void()>& build) const {
-    tbb::task_arena arena(kBuildTasks);
+    tbb::task_arena arena(kBuildTasks, ReservedSlots());
     arena.execute(build);
     const RTCError error = rtcGetDeviceError(device_);
     if (error != RTC_ERROR_NONE) {
