@@ -53,7 +53,7 @@ std::vector<std::string> SceneNeeds(const Scene& scene) {
     std::vector<std::string> needs;
     if (scene.instances.size() > meshes.size()) {
         needs.push_back(
-            fmt::format("instances ({} of {} meshes)", scene.instances.size(), meshes.size()));
+            fmt::format("instances ({}, of {} meshes)", scene.instances.size(), meshes.size()));
     }
     for (const auto& [what, needed] : kMaterialNeeds) {
         int count = 0;
