@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -122,30 +121,6 @@ Scene LoadForChecks(const LocalScene& scene, float environment_scale) {
     options.environment = scene.environment;
     options.environment_scale = environment_scale;
     return LoadScene(*MakeLocalSource(scene), scene.manifest.main, options);
-}
-
-const Camera* FindCamera(const Scene& scene, const std::string& camera) {
-    if (camera.empty()) {
-        return scene.cameras.empty() ? nullptr : &scene.cameras.front();
-    }
-    for (const auto& candidate : scene.cameras) {
-        if (candidate.name == camera) {
-            return &candidate;
-        }
-    }
-    std::size_t index = 0;
-    const auto [end, error] = std::from_chars(camera.data(), camera.data() + camera.size(), index);
-    if (error == std::errc() && end == camera.data() + camera.size() &&
-        index < scene.cameras.size()) {
-        return &scene.cameras[index];
-    }
-    std::string known;
-    for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
-        known += fmt::format("{}{} '{}'", i > 0 ? ", " : "", i, scene.cameras[i].name);
-    }
-    ThrowInvalidArgument(
-        fmt::format("{}: no camera '{}'; there {}", scene.name, camera,
-                    known.empty() ? "is none: leave out --camera" : "are " + known));
 }
 
 std::vector<std::string> CheckScene(const Scene& scene, const RenderSettings& settings) {

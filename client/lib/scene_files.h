@@ -34,9 +34,6 @@ Scene LoadForChecks(const LocalScene& scene, float environment_scale);
 // settings.allow_black) or the camera asked for is not there. Answers with what is worth a note.
 std::vector<std::string> CheckScene(const Scene& scene, const RenderSettings& settings);
 
-// The camera that settings.camera means (a name or an index); null if the scene has none.
-const Camera* FindCamera(const Scene& scene, const std::string& camera);
-
 // The image's size where the user gives none: 720 lines in the camera's own shape, else 1280x720.
 void SetDefaultSize(const Camera* camera, RenderSettings* settings);
 

@@ -118,15 +118,21 @@ Rgb Film::HalfVariance(std::size_t i) const {
     return variance;
 }
 
+double Film::EstimateRelMSE(std::size_t i) const {
+    const Rgb mean = Mean(i), variance = HalfVariance(i);
+    double sum = 0;
+    for (int c = 0; c < 3; ++c) {
+        sum += variance[c] / (static_cast<double>(mean[c]) * mean[c] + kRelMSEEpsilon);
+    }
+    return sum / 3;
+}
+
 double Film::EstimateRelMSE() const {
     double sum = 0;
     for (std::size_t i = 0; i < pixel_count(); ++i) {
-        const Rgb mean = Mean(i), variance = HalfVariance(i);
-        for (int c = 0; c < 3; ++c) {
-            sum += variance[c] / (static_cast<double>(mean[c]) * mean[c] + kRelMSEEpsilon);
-        }
+        sum += EstimateRelMSE(i);
     }
-    return pixel_count() > 0 ? sum / (3.0 * static_cast<double>(pixel_count())) : 0;
+    return pixel_count() > 0 ? sum / static_cast<double>(pixel_count()) : 0;
 }
 
 double Film::TotalSamples() const {

@@ -47,8 +47,9 @@ class Film {
     // The same from the difference of the halves, (A-B)^2 n_a n_b / n^2: one degree of freedom, but
     // right for low-discrepancy samples. Zero if a half is empty.
     Rgb HalfVariance(std::size_t i) const;
-    // Mean over the RGB of variance of the mean / (mean^2 + 0.01), by HalfVariance, averaged over
-    // pixels: the RelMSE of the unfiltered image, estimated without a reference.
+    // Mean over the RGB of variance of the mean / (mean^2 + 0.01), by HalfVariance: RelMSE of the
+    // unfiltered pixel, estimated without a reference. Averaged over pixels: of the image.
+    double EstimateRelMSE(std::size_t i) const;
     double EstimateRelMSE() const;
     double TotalSamples() const;
     double TotalBadSamples() const;

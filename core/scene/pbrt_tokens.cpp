@@ -1,13 +1,13 @@
 #include "core/scene/pbrt_tokens.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <utility>
 
 #include "core/base/error.h"
 #include "core/scene/manifest.h"
+#include "core/scene/uri.h"
 
 namespace relume::pbrt {
 namespace {
@@ -163,28 +163,19 @@ const Token* Tokens::Peek() {
 std::string PathToName(const std::string& path, const Place& place) {
     std::string slashed = path;
     std::replace(slashed.begin(), slashed.end(), '\\', '/');
-    std::vector<std::string> parts;
-    bool leaves = slashed.empty() || slashed.front() == '/';
-    for (std::size_t begin = 0; begin <= slashed.size() && !leaves;) {
-        const std::size_t end = std::min(slashed.find('/', begin), slashed.size());
-        const std::string part = slashed.substr(begin, end - begin);
-        if (part == "..") {
-            leaves = parts.empty();
-            if (!leaves) {
-                parts.pop_back();
-            }
-        } else if (!part.empty() && part != ".") {
-            parts.push_back(part);
-        }
-        begin = end + 1;
+    // Slashes that repeat or end a path say nothing here, as to a file system.
+    const auto repeats = [](char a, char b) { return a == '/' && b == '/'; };
+    slashed.erase(std::unique(slashed.begin(), slashed.end(), repeats), slashed.end());
+    if (slashed.size() > 1 && slashed.back() == '/') {
+        slashed.pop_back();
     }
-    const std::string name = fmt::format("{}", fmt::join(parts, "/"));
-    if (leaves || !IsSafeRelativePath(name)) {
+    const std::optional<std::string> name = CollapseDots(slashed);
+    if (!name || !IsSafeRelativePath(*name)) {
         Fail(place, fmt::format("the path '{}' must be relative and stay below the scene's folder; "
                                 "move the file there",
                                 path));
     }
-    return name;
+    return *name;
 }
 
 }  // namespace relume::pbrt

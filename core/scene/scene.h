@@ -164,6 +164,10 @@ struct Scene {
     bool HasLight() const;
 };
 
+// The camera of this name, or else of this index; the first one for "". Null if the scene has none
+// and none is asked for. Throws kInvalidArgument that lists the cameras if there is no such one.
+const Camera* FindCamera(const Scene& scene, const std::string& camera);
+
 // A perspective camera (yfov 40 degrees) that sees the whole scene from slightly above, for files
 // without one. `aspect` is width/height.
 Camera FitCamera(const Scene& scene, float aspect);

@@ -102,6 +102,27 @@ std::string DecodeDataUri(std::string_view uri, const SourceLocation& place) {
     return base64 ? Base64Decode(body, place) : PercentDecode(body);
 }
 
+std::optional<std::string> CollapseDots(const std::string& path) {
+    if (path.empty() || path.front() == '/') {
+        return std::nullopt;
+    }
+    std::vector<std::string> parts;
+    for (std::size_t begin = 0; begin <= path.size();) {
+        const std::size_t end = std::min(path.find('/', begin), path.size());
+        const std::string part = path.substr(begin, end - begin);
+        if (part == "..") {
+            if (parts.empty()) {
+                return std::nullopt;
+            }
+            parts.pop_back();
+        } else if (part != ".") {
+            parts.push_back(part);
+        }
+        begin = end + 1;
+    }
+    return fmt::format("{}", fmt::join(parts, "/"));
+}
+
 std::string UriToName(std::string_view uri, const SourceLocation& place) {
     if (HasScheme(uri)) {
         ThrowInvalidArgument(
@@ -111,29 +132,14 @@ std::string UriToName(std::string_view uri, const SourceLocation& place) {
                         place, Printable(std::string(uri))));
     }
     const std::string path = PercentDecode(uri);
-    std::vector<std::string> parts;
-    bool leaves = path.empty() || path.front() == '/';
-    for (std::size_t begin = 0; begin <= path.size() && !leaves;) {
-        const std::size_t end = std::min(path.find('/', begin), path.size());
-        const std::string part = path.substr(begin, end - begin);
-        if (part == "..") {
-            leaves = parts.empty();
-            if (!leaves) {
-                parts.pop_back();
-            }
-        } else if (part != ".") {
-            parts.push_back(part);
-        }
-        begin = end + 1;
-    }
-    const std::string name = fmt::format("{}", fmt::join(parts, "/"));
-    if (leaves || !IsSafeRelativePath(name)) {
+    const std::optional<std::string> name = CollapseDots(path);
+    if (!name || !IsSafeRelativePath(*name)) {
         ThrowInvalidArgument(
             fmt::format("{}: the path '{}' must be relative, with forward slashes, and stay below "
                         "the scene's folder",
                         place, Printable(path)));
     }
-    return name;
+    return *name;
 }
 
 }  // namespace relume

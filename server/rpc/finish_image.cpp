@@ -7,7 +7,6 @@
 
 #include "core/base/clock.h"
 #include "core/image/exr.h"
-#include "core/image/metrics.h"
 #include "proto/codec/codec.h"
 #include "proto/codec/protocol.h"
 #include "server/denoise/denoiser.h"
@@ -42,11 +41,7 @@ std::optional<double> MeanError(const denoise::Result& result) {
 ErrorEstimate EstimateError(const Film& film) {
     double sum = 0, squares = 0;
     for (std::size_t i = 0; i < film.pixel_count(); ++i) {
-        const Rgb mean = film.Mean(i), variance = film.HalfVariance(i);
-        double error = 0;
-        for (int c = 0; c < 3; ++c) {
-            error += variance[c] / (static_cast<double>(mean[c]) * mean[c] + kRelMSEEpsilon) / 3;
-        }
+        const double error = film.EstimateRelMSE(i);
         sum += error;
         squares += error * error;
     }

@@ -47,7 +47,7 @@ class ErrorsTest(unittest.TestCase):
 
     @classmethod
     def tearDownClass(cls):
-        cls.farm.__exit__()
+        cls.farm.stop()
 
     def setUp(self):
         self.folder = pathlib.Path(tempfile.mkdtemp())

@@ -46,17 +46,20 @@ class Farm:
 
     def job(self, name):
         jobs = json.loads(relume('jobs', '--json', server=self.address).stdout)
-        jobs = jobs['jobs'] if isinstance(jobs, dict) else jobs
-        return next(j for j in jobs if name in (j.get('job'), j.get('name')))
+        return next(job for job in jobs if job['job'] == name)
 
     def __enter__(self):
         return self
 
-    def __exit__(self, *_):
+    def stop(self):
+        """Ends all by SIGTERM; answers with the exit codes, the workers' first."""
         for process in (*self.workers, self.server):
             if process.poll() is None:
                 process.terminate()
-        for process in (*self.workers, self.server):
-            process.wait(timeout=20)
+        codes = [process.wait(timeout=20) for process in (*self.workers, self.server)]
         self.server.stdout.close()
         shutil.rmtree(self.folder)
+        return codes
+
+    def __exit__(self, *_):
+        self.stop()

@@ -17,8 +17,9 @@ import tempfile
 import unittest
 import uuid
 
-BIN, SOURCE = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
-SCENE = SOURCE / 'scenes' / 'room' / 'room.gltf'
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+from processes import BIN, Farm, ROOM as SCENE, SOURCE
+
 SIZE, SPP, CHUNK = (96, 60), 8, 1 << 20
 
 
@@ -40,18 +41,10 @@ class ServiceTest(unittest.TestCase):
         root = pathlib.Path(cls.folder.name)
         (root / 'stubs').mkdir()
         make_stubs(root / 'stubs')
-        cls.server = subprocess.Popen(
-            [BIN / 'relume-server', '--listen', '127.0.0.1:0', '--data', root / 'data',
-             f'--with-parent={os.getpid()}'],
-            stdout=subprocess.PIPE, text=True)
-        cls.processes = [cls.server]
-        line = cls.server.stdout.readline()
-        assert 'listening on' in line, line
-        cls.address = line.split()[-1]
-        for i in range(2):
-            cls.processes.append(subprocess.Popen(
-                [BIN / 'relume-worker', '--server', cls.address, '--threads', '1',
-                 '--cache', root / f'cache{i}', f'--with-parent={os.getpid()}']))
+        cls.farm = Farm()
+        cls.address, cls.server = cls.farm.address, cls.farm.server
+        for _ in range(2):
+            cls.farm.start_worker()
         import grpc
         cls.grpc = grpc
         cls.channel = grpc.insecure_channel(cls.address)
@@ -60,10 +53,7 @@ class ServiceTest(unittest.TestCase):
     @classmethod
     def tearDownClass(cls):
         cls.channel.close()
-        for process in reversed(cls.processes):
-            process.terminate()
-        codes = [process.wait(timeout=20) for process in cls.processes]
-        cls.server.stdout.close()
+        codes = cls.farm.stop()
         cls.folder.cleanup()
         assert codes == [0, 0, 0], f'server and workers ended with {codes}, not 0'
 

@@ -1,8 +1,6 @@
 #include "worker/render/bsdf/registry.h"
 
-#include <fmt/format.h>
-
-#include "core/base/error.h"
+#include "worker/render/compile_by_type.h"
 
 namespace relume::render {
 
@@ -26,24 +24,9 @@ constexpr Entry kMaterials[] = {
 }  // namespace
 
 CompiledMaterial CompileMaterial(const Material& material, const Scene& scene) {
-    const std::string owner =
-        material.source.empty() ? fmt::format("material '{}'", material.name) : material.source;
-    std::string known;
-    for (const Entry& entry : kMaterials) {
-        if (material.type == entry.type) {
-            try {
-                const ParamSet params = material.params;  // reading marks: scenes are shared
-                const CompiledMaterial compiled = entry.make(params, scene);
-                params.RejectUnused(fmt::format("material type '{}'", material.type));
-                return compiled;
-            } catch (const Error& error) {
-                throw Error(error.code(), fmt::format("{}: {}", owner, error.what()));
-            }
-        }
-        known += fmt::format("{}{}", known.empty() ? "" : ", ", entry.type);
-    }
-    ThrowInvalidArgument(
-        fmt::format("{}: unknown material type '{}'; known are {}", owner, material.type, known));
+    return CompileByType(
+        "material", material, kMaterials,
+        [&](const Entry& entry, const ParamSet& params) { return entry.make(params, scene); });
 }
 
 }  // namespace relume::render
