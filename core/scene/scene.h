@@ -46,7 +46,12 @@ struct Texture {
 //   normal_texture, normal_scale [1] · emissive 3 numbers [0 0 0] (radiance), emissive_texture
 //   alpha_mode "opaque" "mask" "blend" ["opaque"], alpha_cutoff [0.5] · double_sided bool [false]
 //   transmission [0], transmission_texture (R), ior [1.5], thin bool [true]: no volume behind the
-//   surface
+//   surface · absorption 3 numbers [0 0 0]: per scene unit on the way inside, if not thin
+//   specular [1], specular_texture (A), specular_color 3 numbers [1 1 1], specular_color_texture
+//   clearcoat [0], clearcoat_texture (R), clearcoat_roughness [0], clearcoat_roughness_texture (G),
+//   clearcoat_normal_texture, clearcoat_normal_scale [1]
+//   sheen_color 3 numbers [0 0 0], sheen_color_texture, sheen_roughness [0],
+//   sheen_roughness_texture (A)
 //
 // Of every type, beside those named with it:
 //   emissive 3 numbers [0 0 0] (radiance), emissive_texture · double_sided bool [false]: it shines
@@ -92,6 +97,10 @@ struct Mesh {
     std::vector<Vec3f> tangents;       // empty or one a position, unit length
     std::vector<float> tangent_signs;  // as tangents: bitangent = sign * cross(normal, tangent)
     std::vector<Vec3u> triangles;      // counter-clockwise seen from the front
+    // Deforming: positions at equally spaced times, the first at the shutter's opening (equal to
+    // `positions`) and the last at its closing; each as long as `positions`. Empty: it keeps its
+    // shape.
+    std::vector<std::vector<Vec3f>> motion;
     int material = 0;
     SourceLocation source;
 };
@@ -99,12 +108,16 @@ struct Mesh {
 struct Instance {
     int mesh = 0;
     Transform to_world;
+    // Moving: to_world at equally spaced times, as Mesh::motion; between them matrices are
+    // interpolated linearly. Empty: it stands still.
+    std::vector<Transform> motion;
 };
 
 // Punctual and other delta lights. type "point": intensity 3 numbers (W/sr); "spot": intensity,
 // inner_angle, outer_angle (radians, half angles; outer up to pi), falloff "gltf" "smoothstep"
 // "quartic" ["gltf"]: between the angles, with t = (cos - cos outer) / (cos inner - cos outer),
-// t^2, 3 t^2 - 2 t^3 or t^4; "directional": irradiance 3 numbers (W/m^2). They shine along local
+// t^2, 3 t^2 - 2 t^3 or t^4; "directional": irradiance 3 numbers (W/m^2); "goniometric": intensity,
+// image (index of Scene::images, latitude-longitude as Environment's: scales intensity). They shine along local
 // -z. type "sun_disk" and others may come. Area lights are meshes whose material has `emissive`.
 struct Light {
     std::string name;
@@ -126,6 +139,7 @@ struct Camera {
     std::string type;
     ParamSet params;
     Transform to_world;
+    std::vector<Transform> motion;  // as Instance::motion
     SourceLocation source;
 };
 
