@@ -79,7 +79,7 @@ TEST(Mis, LightSamplingMaterialSamplingAndBothAgree) {
     test::SetEnvironment(&scene, {0.5f, 0.5f, 0.5f});
     const test::Lit lit(scene);
     CompiledMaterial glossy;
-    glossy.has_specular = true;
+    glossy.model = Model::kMetallicRoughness;
     glossy.base_color = {0.8f, 0.6f, 0.4f};
     for (const float metallic : {0.0f, 1.0f}) {
         for (const float roughness : {0.4f, 0.7f}) {

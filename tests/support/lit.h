@@ -15,18 +15,10 @@ struct Lit {
     render::LightSet lights;
 
     explicit Lit(const Scene& scene)
-        : materials(Compile(scene)),
+        : materials(render::CompileMaterials(scene)),
           textures(scene, std::vector<bool>(scene.textures.size(), true)),
           accel(scene, materials, textures),
           lights(scene, materials, textures, &accel) {}
-
-    static std::vector<render::CompiledMaterial> Compile(const Scene& scene) {
-        std::vector<render::CompiledMaterial> materials;
-        for (const Material& m : scene.materials) {
-            materials.push_back(render::CompileMaterial(m, scene));
-        }
-        return materials;
-    }
 };
 
 }  // namespace relume::test

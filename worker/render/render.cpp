@@ -26,26 +26,23 @@ double ThreadSeconds() {
     return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-std::vector<CompiledMaterial> CompileMaterials(const Scene& scene) {
-    std::vector<CompiledMaterial> materials;
-    for (const Material& material : scene.materials) {
-        materials.push_back(CompileMaterial(material, scene));
-    }
-    return materials;
-}
-
 // Textures of the materials of meshes that are there.
 std::vector<bool> UsedTextures(const Scene& scene, const std::vector<CompiledMaterial>& materials) {
     std::vector<bool> used(scene.textures.size(), false);
-    for (const Instance& instance : scene.instances) {
-        const Mesh& mesh = scene.meshes[static_cast<std::size_t>(instance.mesh)];
-        const CompiledMaterial& m = materials[static_cast<std::size_t>(mesh.material)];
-        for (const TextureId id : {m.base_color_texture, m.metallic_roughness_texture,
-                                   m.normal_texture, m.emissive_texture, m.transmission_texture}) {
+    const auto mark = [&](const CompiledMaterial& material, const auto& again) -> void {
+        for (const TextureId id : material.Textures()) {
             if (id >= 0) {
                 used[static_cast<std::size_t>(id)] = true;
             }
         }
+        if (material.model == Model::kMix) {
+            again(materials[static_cast<std::size_t>(material.mix_a)], again);
+            again(materials[static_cast<std::size_t>(material.mix_b)], again);
+        }
+    };
+    for (const Instance& instance : scene.instances) {
+        const Mesh& mesh = scene.meshes[static_cast<std::size_t>(instance.mesh)];
+        mark(materials[static_cast<std::size_t>(mesh.material)], mark);
     }
     return used;
 }

@@ -124,7 +124,9 @@ struct Accel::Embree {
 
 Accel::Accel(const Scene& scene, const std::vector<CompiledMaterial>& materials,
              const TextureSet& textures)
-    : triangles_(scene.meshes.size()), embree_(std::make_unique<Embree>()) {
+    : triangles_(scene.meshes.size()),
+      gradients_(scene.meshes.size()),
+      embree_(std::make_unique<Embree>()) {
     std::vector<int> uses(scene.meshes.size(), 0);
     for (const Instance& instance : scene.instances) {
         ++uses[static_cast<std::size_t>(instance.mesh)];
@@ -135,7 +137,10 @@ Accel::Accel(const Scene& scene, const std::vector<CompiledMaterial>& materials,
             const Mesh& mesh = scene.meshes[i];
             const CompiledMaterial& material = materials[static_cast<std::size_t>(mesh.material)];
             if (uses[i] > 0 && NeedsTriangleData(mesh, material)) {
-                triangles_[i] = GatherTriangles(mesh, material.normal_texture >= 0);
+                triangles_[i] = GatherTriangles(mesh, material.needs_tangents);
+            }
+            if (uses[i] > 0 && material.bump_texture >= 0 && !mesh.uvs.empty()) {
+                gradients_[i] = GatherUvGradients(mesh);
             }
         }
     });
@@ -159,6 +164,8 @@ Accel::Accel(const Scene& scene, const std::vector<CompiledMaterial>& materials,
             Object object;
             object.triangles =
                 triangles_[mesh_index].empty() ? nullptr : triangles_[mesh_index].data();
+            object.gradients =
+                gradients_[mesh_index].empty() ? nullptr : gradients_[mesh_index].data();
             object.material = static_cast<std::uint32_t>(mesh.material);
             object.has_normals = !mesh.normals.empty();
             object.SetTransform(instance.to_world);

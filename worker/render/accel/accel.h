@@ -49,6 +49,7 @@ class Accel {
     struct Embree;
     std::vector<Object> objects_;
     std::vector<std::vector<TriangleData>> triangles_;  // by mesh; empty where nothing needs them
+    std::vector<std::vector<UvGradients>> gradients_;   // the same
     std::unique_ptr<Embree> embree_;
 };
 

@@ -15,19 +15,41 @@ constexpr float kRounding = 0x1p-19f;
 // Least cosine between the shading normal and the view, unless the surface itself is seen at less.
 constexpr float kLeastCosine = 0.02f, kSmallestCosine = 1e-4f;
 
-Vec3f PerturbedNormal(const Object& object, const Hit& hit, Vec3f normal, Vec2f uv,
-                      const CompiledMaterial& material, const TextureSet& textures) {
-    const TriangleData& triangle = object.triangles[hit.triangle];
-    const Frame frame =
-        Frame::FromZX(normal, object.TransformTangent(triangle.Tangent(hit.u, hit.v)));
+// Tangent (towards growing u) at the hit, world space.
+Vec3f TangentAt(const Object& object, const Hit& hit) {
+    return object.TransformTangent(object.triangles[hit.triangle].Tangent(hit.u, hit.v));
+}
+
+// glTF 2.0, 3.9.3.
+Vec3f MappedNormal(const Object& object, const Hit& hit, Vec3f normal, Vec2f uv, TextureId texture,
+                   float scale, const TextureSet& textures) {
+    const Frame frame = Frame::FromZX(normal, TangentAt(object, hit));
     const int nearest = hit.u + hit.v < 0.5f ? 0 : hit.u > hit.v ? 1 : 2;
-    const bool negative = (((triangle.tangent_signs >> nearest) & 1) != 0) != object.mirrored;
-    const Rgba t = textures.Lookup(material.normal_texture, uv);
-    const float x = (2 * t.r - 1) * material.normal_scale,
-                y = (2 * t.g - 1) * material.normal_scale;
+    const std::uint16_t signs = object.triangles[hit.triangle].tangent_signs;
+    const bool negative = (((signs >> nearest) & 1) != 0) != object.mirrored;
+    const Rgba t = textures.Lookup(texture, uv);
+    const float x = (2 * t.r - 1) * scale, y = (2 * t.g - 1) * scale;
     const Vec3f n =
         frame.x * x + frame.y * (negative ? -y : y) + frame.z * std::max(2 * t.b - 1, 1e-3f);
     return Normalize(n);
+}
+
+// The normal of the surface displaced along its normal (Blinn 1978): the height's gradient, by
+// differences over one texel, is taken from it.
+Vec3f BumpedNormal(const Object& object, const Hit& hit, Vec3f normal, Vec2f uv,
+                   const CompiledMaterial& material, const TextureSet& textures) {
+    const Vec2f step = textures.TexelSize(material.bump_texture);
+    const auto height = [&](float du, float dv) {
+        return textures.Lookup(material.bump_texture, {uv.x + du, uv.y + dv}).r;
+    };
+    const float along_u =
+        (height(0.5f * step.x, 0) - height(-0.5f * step.x, 0)) / step.x * material.bump_scale;
+    const float along_v =
+        (height(0, 0.5f * step.y) - height(0, -0.5f * step.y)) / step.y * material.bump_scale;
+    const UvGradients& g = object.gradients[hit.triangle];
+    const Vec3f gradient = object.TransformGradient(g.u * along_u + g.v * along_v);
+    const Vec3f n = normal - (gradient - normal * Dot(gradient, normal));
+    return IsFinite(n) ? Normalize(n) : normal;
 }
 
 }  // namespace
@@ -62,8 +84,21 @@ Surface MakeSurface(const Object& object, const Hit& hit, Vec3f origin, Vec3f di
             normal = -normal;
         }
     }
-    if (material.normal_texture >= 0 && object.triangles != nullptr) {
-        normal = PerturbedNormal(object, hit, normal, uv, material, textures);
+    const bool mapped = object.triangles != nullptr;
+    if (material.model == Model::kLayered) {
+        Vec3f coat = normal;
+        if (mapped && material.clearcoat_normal_texture >= 0) {
+            coat = MappedNormal(object, hit, normal, uv, material.clearcoat_normal_texture,
+                                material.clearcoat_normal_scale, textures);
+        }
+        s.at.coat = s.at.front ? coat : -coat;
+    }
+    if (mapped && material.normal_texture >= 0) {
+        normal = MappedNormal(object, hit, normal, uv, material.normal_texture,
+                              material.normal_scale, textures);
+    }
+    if (object.gradients != nullptr) {
+        normal = BumpedNormal(object, hit, normal, uv, material, textures);
     }
     if (!s.at.front) {
         normal = -normal;
@@ -75,7 +110,8 @@ Surface MakeSurface(const Object& object, const Hit& hit, Vec3f origin, Vec3f di
     if (cos_o < least) {
         normal = Normalize(normal - direction * (least - cos_o));
     }
-    s.at.frame = Frame::FromZ(normal);
+    s.at.frame = mapped && material.anisotropic ? Frame::FromZX(normal, TangentAt(object, hit))
+                                                : Frame::FromZ(normal);
     return s;
 }
 

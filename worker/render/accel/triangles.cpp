@@ -102,9 +102,30 @@ std::vector<TriangleData> GatherTriangles(const Mesh& mesh, bool tangents) {
     return gathered;
 }
 
+std::vector<UvGradients> GatherUvGradients(const Mesh& mesh) {
+    std::vector<UvGradients> gradients(mesh.triangles.size());
+    for (std::size_t i = 0; i < gradients.size(); ++i) {
+        const Vec3u v = mesh.triangles[i];
+        const Vec3f e1 = mesh.positions[v.y] - mesh.positions[v.x];
+        const Vec3f e2 = mesh.positions[v.z] - mesh.positions[v.x];
+        const Vec2f d1 = mesh.uvs[v.y] - mesh.uvs[v.x], d2 = mesh.uvs[v.z] - mesh.uvs[v.x];
+        // The dual basis of the edges: r1 . e1 = 1, r1 . e2 = 0, and the other way round.
+        const Vec3f n = Cross(e1, e2);
+        const float n2 = Length2(n);
+        const Vec3f r1 = Cross(e2, n) / n2, r2 = Cross(n, e1) / n2;
+        const UvGradients g{r1 * d1.x + r2 * d2.x, r1 * d1.y + r2 * d2.y};
+        if (n2 > 0 && IsFinite(g.u) && IsFinite(g.v)) {
+            gradients[i] = g;
+        }
+    }
+    return gradients;
+}
+
 void Object::SetTransform(const Transform& to_world) {
     transformed = !(to_world == Transform());
-    mirrored = to_world.Determinant() < 0;
+    const float determinant = to_world.Determinant();
+    mirrored = determinant < 0;
+    inverse_volume = 1 / std::abs(determinant);
     const Vec3f axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     for (int c = 0; c < 3; ++c) {
         const Vec3f column = to_world.Vector(axes[c]), normal = to_world.Normal(axes[c]);

@@ -40,12 +40,19 @@ static_assert(sizeof(TriangleData) == 64);
 // One entry a triangle. `tangents`: fill in tangents too (those of the mesh, or made from its uvs).
 std::vector<TriangleData> GatherTriangles(const Mesh& mesh, bool tangents);
 
+// How u and v grow over a triangle: object space, in its plane. Zero where the uvs say nothing.
+struct UvGradients {
+    Vec3f u, v;
+};
+std::vector<UvGradients> GatherUvGradients(const Mesh& mesh);
+
 // Largest coordinate of the edges of a triangle.
 float LargestEdge(const Mesh& mesh, Vec3u triangle);
 
 // An instance of a mesh, as shading sees it.
 struct Object {
     const TriangleData* triangles = nullptr;  // null: flat and without uvs
+    const UvGradients* gradients = nullptr;   // null: no bump map
     std::uint32_t material = 0;
     std::int32_t first_light =
         -1;  // light of triangle 0; triangles follow in order; -1: not a light
@@ -55,11 +62,13 @@ struct Object {
     bool mirrored = false;     // the transform turns triangles inside out
     float extent = 0;  // world space: the scale of rounding errors that all its triangles share
     float scale = 1;   // object to world: bound of how much a largest coordinate grows
+    float inverse_volume = 1;                        // 1 / |determinant| of the transform
     float linear[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};   // rows: object to world, for tangents
     float normals[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};  // its transposed inverse, scaled, for normals
 
     Vec3f TransformTangent(Vec3f t) const { return transformed ? Multiply(linear, t) : t; }
     Vec3f TransformNormal(Vec3f n) const { return transformed ? Multiply(normals, n) : n; }
+    Vec3f TransformGradient(Vec3f g) const { return TransformNormal(g) * inverse_volume; }
     void SetTransform(const Transform& to_world);
 
   private:

@@ -36,7 +36,7 @@ Albedo Integrate(float roughness, float cos_theta) {
         if (wi.z <= 0) {
             continue;
         }
-        const double g = 4 * c * wi.z * ggx::Visibility(c, wi.z, alpha) / ggx::G1(c, alpha);
+        const double g = 4 * c * wi.z * ggx::Visibility(wo, wi, alpha) / ggx::G1(wo, alpha);
         const double f = SchlickWeight(Dot(wo, m));
         a += g * (1 - f);
         b += g * f;

@@ -9,7 +9,8 @@ namespace relume::render {
 struct Albedo {
     float a, b;
 
-    float operator()(float f0) const { return f0 * a + b; }
+    // Of reflectance f0 straight on and f90 at grazing angles.
+    float operator()(float f0, float f90) const { return f0 * a + f90 * b; }
     float Full() const { return a + b; }
 };
 

@@ -1,26 +1,26 @@
 #pragma once
 
 #include <optional>
+#include <variant>
 
 #include "core/math/frame.h"
 #include "core/math/vec.h"
-#include "worker/render/bsdf/albedo_table.h"
+#include "worker/render/bsdf/coated.h"
+#include "worker/render/bsdf/conductor.h"
+#include "worker/render/bsdf/dielectric.h"
+#include "worker/render/bsdf/diffuse.h"
+#include "worker/render/bsdf/layered.h"
 #include "worker/render/bsdf/material.h"
+#include "worker/render/bsdf/metallic_roughness.h"
 
 namespace relume::render {
 
 // Where a BSDF stands, world space.
 struct ShadingFrame {
-    Frame frame;        // z: shading normal, on the side of wo
-    Vec3f geometric;    // unit normal of the triangle, on the side of wo
-    bool front = true;  // wo is on the side from which triangles are counter-clockwise
-};
-
-// f (without the cosine) and the density per solid angle with which Sample would have chosen the
-// direction.
-struct BsdfValue {
-    Rgb f;
-    float pdf = 0;
+    Frame frame;          // z: shading normal, on the side of wo; x: along u, where that matters
+    Vec3f geometric;      // unit normal of the triangle, on the side of wo
+    Vec3f coat{0, 0, 0};  // normal of a clear coat, on the side of wo; 0: the shading normal
+    bool front = true;    // wo is on the side from which triangles are counter-clockwise
 };
 
 struct BsdfSample {
@@ -30,14 +30,15 @@ struct BsdfSample {
                     // nothing of
     float eta2 =
         1;  // square of the relative index crossed: takes radiance scaling out of the roulette
+    bool transmitted = false;  // to the other side
 };
 
-// A material at one point, seen from one direction: up to three lobes (diffuse, GGX reflection,
-// glass). Radiance is transported: refraction scales it by the square of the relative index.
-// Directions on the wrong side of the geometric normal have f = 0. Plain data on the stack; no
-// virtual calls.
+// A material at one point, seen from one direction. Radiance is transported: refraction scales it
+// by the square of the relative index. Directions on the wrong side of the geometric normal have
+// f = 0. Plain data on the stack; no virtual calls: a switch on the model (lobe.h).
 class Bsdf {
   public:
+    // `material` is no mix (see ResolveMix).
     Bsdf(const CompiledMaterial& material, const TextureSet& textures, Vec2f uv,
          const ShadingFrame& at, Vec3f wo);
 
@@ -49,50 +50,30 @@ class Bsdf {
     Rgb Eval(Vec3f wi) const { return Evaluate(wi).f; }
     float Pdf(Vec3f wi) const { return Evaluate(wi).pdf; }
 
-    bool NeedsChoice() const { return glass_probability_ > 0; }
+    bool NeedsChoice() const { return traits_.needs_choice; }
     // False if light can only come from perfectly specular directions (or none): no use to sample
     // lights.
-    bool HasSmoothLobe() const { return smooth_; }
+    bool HasSmoothLobe() const { return traits_.smooth; }
     // A mirror or glass to the eye (roughness below 0.1, hardly any diffuse part): features look
     // behind it.
-    bool IsNearSpecular() const { return near_specular_; }
+    bool IsNearSpecular() const { return traits_.near_specular; }
     // Reflectance colour for features: does not depend on the directions.
-    Rgb albedo() const { return albedo_; }
+    Rgb albedo() const { return traits_.albedo; }
     Vec3f normal() const { return at_.frame.z; }
 
   private:
-    BsdfValue EvaluateOpaque(Vec3f wi) const;
-    BsdfValue EvaluateGlass(Vec3f wi) const;
-    BsdfValue EvaluateLocal(Vec3f wi) const;
-
-    enum class Lobe { kDiffuse, kSpecular, kGlass };
-    // Chooses by *u and stretches the rest of it back to [0, 1).
-    Lobe ChooseLobe(float* u) const;
-    // A local direction; weight, if it is perfectly specular; false if it leads nowhere.
-    bool SampleSpecular(Vec2f u, Vec3f* wi, BsdfSample* sample) const;
-    bool SampleGlass(Vec2f u, float choice, Vec3f* wi, BsdfSample* sample) const;
-
     ShadingFrame at_;
-    Vec3f wo_;  // local, z > 0
-
-    Rgb diffuse_;   // over pi, without the reflection's share at wi
-    Rgb multiple_;  // multiple scattering in metals, over pi, without the factor at wi
-    Rgb f0_;
-    float specular_ = 0;  // weight of the GGX reflection
-    float dielectric_f0_ = 0;
-    float alpha_ = 1;
-    AlbedoRow row_;
-
-    float glass_ = 0;  // weight of the glass
-    float eta_ = 1;    // index on the far side over that on the side of wo
-    bool thin_ = true;
-    Rgb tint_;
-
-    float diffuse_probability_ = 0, specular_probability_ = 0, glass_probability_ = 0;
-    bool coupled_ = false;  // the diffuse part lies under a reflecting layer
-    bool specular_delta_ = false, glass_delta_ = false;
-    bool smooth_ = false, near_specular_ = false;
-    Rgb albedo_;
+    LobeTraits traits_;
+    std::variant<std::monostate, DiffuseModel, MetallicRoughnessModel, LayeredModel, ConductorModel,
+                 CoatedDiffuseModel, CoatedConductorModel, DielectricModel, ThinDielectricModel,
+                 DiffuseTransmissionModel>
+        model_;
 };
+
+// The part of a mix that scatters, chosen by the 32 uniform bits of `choice`; any other material
+// itself.
+const CompiledMaterial& ResolveMix(const CompiledMaterial& material,
+                                   const std::vector<CompiledMaterial>& materials,
+                                   const TextureSet& textures, Vec2f uv, std::uint32_t choice);
 
 }  // namespace relume::render

@@ -14,8 +14,8 @@ inline float SchlickWeight(float cos_theta) {
     return m2 * m2 * m;
 }
 
-inline Rgb FresnelSchlick(Rgb f0, float cos_theta) {
-    return f0 + (Rgb{1, 1, 1} - f0) * SchlickWeight(cos_theta);
+inline Rgb FresnelSchlick(Rgb f0, float f90, float cos_theta) {
+    return f0 + (Rgb{f90, f90, f90} - f0) * SchlickWeight(cos_theta);
 }
 
 // Reflectance of a smooth dielectric for unpolarised light; `cos_i` >= 0 on the incident side,
@@ -42,6 +42,18 @@ inline bool Refract(Vec3f w, Vec3f m, float eta, Vec3f* out) {
     }
     *out = m * (cos_i / eta - std::sqrt(1 - sin2_t)) - w / eta;
     return true;
+}
+
+// Reflectance of a conductor of index eta + i k for unpolarised light, one channel.
+inline float FresnelConductor(float cos_i, float eta, float k) {
+    const float c2 = cos_i * cos_i, s2 = 1 - c2;
+    const float t0 = eta * eta - k * k - s2;
+    const float a2b2 = std::sqrt(t0 * t0 + 4 * eta * eta * k * k);
+    const float t1 = a2b2 + c2;
+    const float t2 = 2 * cos_i * std::sqrt(std::max(0.0f, 0.5f * (a2b2 + t0)));
+    const float perpendicular = (t1 - t2) / (t1 + t2);
+    const float t3 = c2 * a2b2 + s2 * s2, t4 = t2 * s2;
+    return 0.5f * perpendicular * (1 + (t3 - t4) / (t3 + t4));
 }
 
 // Reflectance at normal incidence.

@@ -1,12 +1,14 @@
 #pragma once
 
+#include <vector>
+
 #include "core/scene/scene.h"
 #include "worker/render/bsdf/material.h"
 
 namespace relume::render {
 
-// Reads a scene's material. Throws kInvalidArgument naming the material for an unknown type (known
+// Reads a scene's materials. Throws kInvalidArgument naming the material for an unknown type (known
 // ones are listed), an unknown or malformed parameter, or a texture that does not exist.
-CompiledMaterial CompileMaterial(const Material& material, const Scene& scene);
+std::vector<CompiledMaterial> CompileMaterials(const Scene& scene);
 
 }  // namespace relume::render

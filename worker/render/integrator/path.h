@@ -19,6 +19,7 @@ enum VertexDimension : std::uint32_t {
     kRouletteDimension,
     kRayDimension,     // partly transparent surfaces on the way to the vertex
     kShadowDimension,  // and on the way to the light
+    kMixDimension,
     kVertexDimensions,
 };
 
@@ -37,6 +38,7 @@ struct Path {
     // Radiance so far: emission seen through specular bounces alone, and all other.
     Rgb direct, indirect;
     bool specular_only = true;
+    Rgb absorption;  // of what the ray runs through, per scene unit
 
     // Features (core/film/aov.h) are overwritten at each vertex while they are open.
     bool features_open = true;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "worker/render/sampler/elementary.h"
+
 namespace relume::render {
 namespace {
 
@@ -28,6 +30,7 @@ PathTracer::PathTracer(const Accel& accel, const std::vector<CompiledMaterial>& 
       max_depth_(settings.max_depth) {
     for (const CompiledMaterial& m : materials) {
         blends_ = blends_ || m.alpha_mode == AlphaMode::kBlend;
+        absorbs_ = absorbs_ || m.absorbs;
     }
     last_is_any_hit_ = !lights.has_emissive_surfaces();
     last_finds_nothing_ = last_is_any_hit_ && !lights.has_environment();
@@ -149,11 +152,20 @@ bool PathTracer::Shade(Path* path, int depth) const {
     const CompiledMaterial& material = materials_[object.material];
     const Surface surface = MakeSurface(object, path->hit, path->origin, path->direction, path->uv,
                                         material, textures_);
+    if (absorbs_) {
+        const Rgb t = path->absorption * -path->hit.t;
+        path->throughput *= Rgb{Exp(t.x), Exp(t.y), Exp(t.z)};
+    }
     AddEmission(surface, material, path);
     if (depth == max_depth_ && !path->features_open) {
         return false;
     }
-    const Bsdf bsdf(material, textures_, surface.uv, surface.at, -path->direction);
+    const CompiledMaterial& part =
+        material.model != Model::kMix
+            ? material
+            : ResolveMix(material, materials_, textures_, surface.uv,
+                         path->sampler.Bits(VertexBase(depth) + kMixDimension));
+    const Bsdf bsdf(part, textures_, surface.uv, surface.at, -path->direction);
     if (path->features_open) {
         WriteFeatures(surface, bsdf, path);
     }
@@ -166,7 +178,7 @@ bool PathTracer::Shade(Path* path, int depth) const {
     if (depth + 1 == max_depth_ && last_finds_nothing_ && !path->features_open) {
         return false;
     }
-    return SampleDirection(surface, bsdf, depth, path);
+    return SampleDirection(surface, part, bsdf, depth, path);
 }
 
 void PathTracer::AddEmission(const Surface& surface, const CompiledMaterial& material,
@@ -227,8 +239,8 @@ void PathTracer::SampleLight(const Surface& surface, const Bsdf& bsdf, int depth
     ray.seed = blends_ ? path->sampler.Bits(base + kShadowDimension) : 0;
 }
 
-bool PathTracer::SampleDirection(const Surface& surface, const Bsdf& bsdf, int depth,
-                                 Path* path) const {
+bool PathTracer::SampleDirection(const Surface& surface, const CompiledMaterial& material,
+                                 const Bsdf& bsdf, int depth, Path* path) const {
     const std::uint32_t base = VertexBase(depth);
     const float choice = bsdf.NeedsChoice() ? path->sampler.One(base + kLobeChoiceDimension) : 0;
     const auto next = bsdf.Sample(path->sampler.Pair(base + kDirectionDimension), choice);
@@ -243,6 +255,9 @@ bool PathTracer::SampleDirection(const Surface& surface, const Bsdf& bsdf, int d
     path->direction = next->wi;
     if (IsBlack(path->throughput)) {
         return false;
+    }
+    if (absorbs_ && next->transmitted && !material.thin) {
+        path->absorption = surface.at.front ? material.absorption : Rgb{};
     }
     if (depth >= kFirstRoulette) {
         const float survival = MaxComponent(path->throughput) * path->eta_scale;

@@ -47,7 +47,8 @@ class PathTracer {
     void AddEmission(const Surface& surface, const CompiledMaterial& material, Path* path) const;
     void WriteFeatures(const Surface& surface, const Bsdf& bsdf, Path* path) const;
     void SampleLight(const Surface& surface, const Bsdf& bsdf, int depth, Path* path) const;
-    bool SampleDirection(const Surface& surface, const Bsdf& bsdf, int depth, Path* path) const;
+    bool SampleDirection(const Surface& surface, const CompiledMaterial& material, const Bsdf& bsdf,
+                         int depth, Path* path) const;
     void Connect(Path* path) const;
 
     const Accel& accel_;
@@ -58,6 +59,7 @@ class PathTracer {
     std::uint32_t seed_;
     int max_depth_;
     bool blends_ = false;              // some surface is partly transparent
+    bool absorbs_ = false;             // some glass absorbs
     bool last_is_any_hit_ = false;     // the last segment can only find the environment
     bool last_finds_nothing_ = false;  // not even that
     Vec3f center_;                     // of the scene's bounding sphere

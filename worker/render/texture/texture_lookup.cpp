@@ -116,6 +116,14 @@ Rgba TextureSet::Lookup(TextureId id, Vec2f uv) const {
     return out;
 }
 
+Vec2f TextureSet::TexelSize(TextureId id) const {
+    const TextureView& t = views_[static_cast<std::size_t>(id)];
+    const float u = std::max(std::abs(t.m[0]), std::abs(t.m[3]));
+    const float v = std::max(std::abs(t.m[1]), std::abs(t.m[4]));
+    return {1 / (static_cast<float>(t.width) * (u > 0 ? u : 1)),
+            1 / (static_cast<float>(t.height) * (v > 0 ? v : 1))};
+}
+
 void TextureSet::Prefetch(TextureId id, Vec2f uv) const {
     const TextureView& t = views_[static_cast<std::size_t>(id)];
     if (t.bytes == nullptr) {

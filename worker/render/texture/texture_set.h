@@ -43,6 +43,9 @@ class TextureSet {
     // Asks the memory for what Lookup will read.
     void Prefetch(TextureId id, Vec2f uv) const;
 
+    // How far apart in uv neighbouring texels lie.
+    Vec2f TexelSize(TextureId id) const;
+
     std::size_t bytes() const { return bytes_; }
 
   private:
