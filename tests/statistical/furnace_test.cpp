@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "tests/support/scenes.h"
 
@@ -63,6 +65,53 @@ TEST(WhiteFurnace, WhiteSphereVanishes) {
     }
     // Smooth glass: radiance scaling cancels between going in and coming out.
     ExpectRadiance(InUniformLight(Dielectric(1.5f, 0)), 64, 32, 1.0, 0.01);
+}
+
+Material Make(const char* type, std::vector<std::pair<const char*, std::vector<float>>> params) {
+    Material material{type, type, {}, type};
+    for (auto& [name, value] : params) {
+        material.params.Set(name, value);
+    }
+    return material;
+}
+
+TEST(WhiteFurnace, EveryWhiteMaterialVanishes) {
+    const std::vector<float> white{1, 1, 1};
+    for (const float alpha : {0.0f, 0.1f, 0.4f}) {
+        ExpectRadiance(InUniformLight(Make("coated_diffuse", {{"alpha_u", {alpha}}})), 16, 32, 1.0,
+                       0.015);
+    }
+    ExpectRadiance(InUniformLight(Make("conductor", {{"reflectance", white}})), 16, 32, 1.0, 2e-3);
+    ExpectRadiance(InUniformLight(Make("thin_dielectric", {})), 64, 32, 1.0, 2e-3);
+    ExpectRadiance(
+        InUniformLight(Make("diffuse_transmission", {{"base_color", {0.4f, 0.4f, 0.4f}},
+                                                     {"transmittance", {0.6f, 0.6f, 0.6f}}})),
+        100, 64, 1.0, 4e-3);
+    // A mixture of what vanishes vanishes.
+    auto mixed =
+        InUniformLight(Make("mix", {{"material_a", {1}}, {"material_b", {2}}, {"amount", {0.3f}}}));
+    auto scene = std::make_shared<Scene>(*mixed);
+    scene->materials.push_back(Diffuse({1, 1, 1}));
+    scene->materials.push_back(Make("coated_diffuse", {}));
+    ExpectRadiance(scene, 16, 32, 1.0, 0.01);
+}
+
+TEST(WhiteFurnace, LayersTakeAtMostWhatTheyGive) {
+    for (const float metallic : {0.0f, 1.0f}) {
+        for (const float coat : {0.0f, 1.0f}) {
+            for (const float sheen : {0.0f, 1.0f}) {
+                Material m = MetallicRoughness({1, 1, 1}, metallic, 0.5f);
+                m.params.Set("clearcoat", coat);
+                m.params.Set("clearcoat_roughness", 0.3f);
+                m.params.Set("sheen_color", std::vector<float>{sheen, sheen, sheen});
+                m.params.Set("sheen_roughness", 0.5f);
+                const Film film = RenderAll(InUniformLight(m), Settings(32, 24, 16), 64);
+                const Estimate e = EstimateMean(film, 1);
+                EXPECT_LT(e.mean, 1.01 + 3 * e.standard_error) << coat << sheen << metallic;
+                EXPECT_GT(e.mean, 0.8) << coat << sheen << metallic;
+            }
+        }
+    }
 }
 
 TEST(WhiteFurnace, RoughGlassGainsNothing) {

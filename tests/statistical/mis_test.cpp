@@ -92,6 +92,34 @@ TEST(Mis, LightSamplingMaterialSamplingAndBothAgree) {
                       std::min(e.by_light.SampleVariance(), e.by_bsdf.SampleVariance()) * 1.5);
         }
     }
+    // Every other model that has no perfectly specular part.
+    const std::vector<float> color{0.8f, 0.5f, 0.3f};
+    Scene others;
+    const auto add = [&](const char* type,
+                         std::vector<std::pair<const char*, std::vector<float>>> params) {
+        Material material{type, type, {}, type};
+        for (auto& [name, value] : params) {
+            material.params.Set(name, value);
+        }
+        others.materials.push_back(material);
+    };
+    add("diffuse", {{"base_color", color}, {"sigma", {30}}});
+    add("coated_diffuse", {{"base_color", color}, {"alpha_u", {0.3f}}, {"alpha_v", {0.5f}}});
+    add("conductor", {{"reflectance", color}, {"alpha_u", {0.5f}}, {"alpha_v", {0.3f}}});
+    add("coated_conductor", {{"alpha_u", {0.4f}}, {"conductor_alpha_u", {0.4f}}});
+    add("dielectric", {{"alpha_u", {0.5f}}, {"alpha_v", {0.6f}}});
+    add("diffuse_transmission", {{"base_color", color}, {"transmittance", {0.1f, 0.3f, 0.5f}}});
+    add("metallic_roughness", {{"base_color", color},
+                               {"roughness", {0.6f}},
+                               {"clearcoat", {0.8f}},
+                               {"clearcoat_roughness", {0.6f}},
+                               {"sheen_color", color},
+                               {"sheen_roughness", {0.5f}}});
+    for (const CompiledMaterial& material : CompileMaterials(others)) {
+        const Estimates e = Estimate(lit, material, Normalize({0.4f, 0.1f, 1}), 100000);
+        ExpectAgree(e.by_light, e.by_both, "light sampling against both");
+        ExpectAgree(e.by_bsdf, e.by_both, "material sampling against both");
+    }
 }
 
 }  // namespace
