@@ -88,6 +88,11 @@ struct CompiledMaterial {
 
     bool IsEmissive() const { return emissive.x > 0 || emissive.y > 0 || emissive.z > 0; }
     bool NeedsUv() const { return needs_uv; }
+    // Sampling draws a number of its own for the lobe.
+    bool Chooses() const {
+        return has_glass || model == Model::kDielectric || model == Model::kThinDielectric ||
+               model == Model::kDiffuseTransmission;
+    }
     bool SeesThrough() const { return alpha_mode != AlphaMode::kOpaque; }
     // All that this material itself reads, -1 among them.
     std::array<TextureId, 21> Textures() const {

@@ -27,6 +27,18 @@ inline std::uint32_t VertexBase(int depth) {
     return kFirstVertexDimension + static_cast<std::uint32_t>(depth - 1) * kVertexDimensions;
 }
 
+// Random numbers of one vertex of each path of a wave; rows as in the list of paths alive.
+template <std::size_t kSize>
+struct VertexRandoms {
+    alignas(32) float light_x[kSize];
+    alignas(32) float light_y[kSize];
+    alignas(32) float direction_x[kSize];
+    alignas(32) float direction_y[kSize];
+    alignas(32) std::uint32_t light_choice[kSize];
+    alignas(32) std::uint32_t lobe_choice[kSize];
+    alignas(32) std::uint32_t roulette[kSize];
+};
+
 // A path on its way, between two stages of a wave.
 struct Path {
     Sampler sampler;

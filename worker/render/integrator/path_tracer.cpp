@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "worker/render/sampler/batch.h"
 #include "worker/render/sampler/elementary.h"
 
 namespace relume::render {
@@ -30,6 +31,7 @@ PathTracer::PathTracer(const Accel& accel, const std::vector<CompiledMaterial>& 
       max_depth_(settings.max_depth) {
     for (const CompiledMaterial& m : materials) {
         blends_ = blends_ || m.alpha_mode == AlphaMode::kBlend;
+        chooses_ = chooses_ || m.Chooses();
         absorbs_ = absorbs_ || m.absorbs;
     }
     last_is_any_hit_ = !lights.has_emissive_surfaces();
@@ -43,6 +45,7 @@ PathTracer::PathTracer(const Accel& accel, const std::vector<CompiledMaterial>& 
 std::uint64_t PathTracer::Trace(std::span<const SampleRequest> requests, std::span<Path> paths,
                                 std::span<PixelSample> samples) const {
     std::uint64_t rays = 0;
+    Randoms randoms;
     std::array<std::uint32_t, kWave> alive;
     std::size_t count = requests.size();
     for (std::size_t i = 0; i < count; ++i) {
@@ -65,9 +68,11 @@ std::uint64_t PathTracer::Trace(std::span<const SampleRequest> requests, std::sp
         for (std::size_t i = 0; i < count; ++i) {
             PrefetchTextures(&paths[alive[i]]);
         }
+        DrawRandoms({alive.data(), count}, paths, depth, &randoms);
         std::array<std::uint32_t, kWave> shaded = alive;
         const std::size_t shaded_count = count;
-        keep([&](Path* path) { return Shade(path, depth); });
+        std::size_t row = 0;
+        keep([&](Path* path) { return Shade(path, depth, randoms, row++); });
         for (std::size_t i = 0; i < shaded_count; ++i) {
             Path* path = &paths[shaded[i]];
             if (path->has_shadow_ray) {
@@ -129,6 +134,29 @@ void PathTracer::PrefetchTextures(Path* path) const {
     }
 }
 
+void PathTracer::DrawRandoms(std::span<const std::uint32_t> alive, std::span<const Path> paths,
+                             int depth, Randoms* randoms) const {
+    const std::size_t n = alive.size();
+    SamplerBatch<kWave> batch;
+    for (std::size_t i = 0; i < n; ++i) {
+        batch.Set(i, paths[alive[i]].sampler);
+    }
+    const std::uint32_t base = VertexBase(depth);
+    batch.Pairs(base + kDirectionDimension, n, randoms->direction_x, randoms->direction_y);
+    if (!lights_.black()) {
+        batch.Pairs(base + kLightDimension, n, randoms->light_x, randoms->light_y);
+        if (!lights_.single()) {
+            batch.OneBits(base + kLightChoiceDimension, n, randoms->light_choice);
+        }
+    }
+    if (chooses_) {
+        batch.OneBits(base + kLobeChoiceDimension, n, randoms->lobe_choice);
+    }
+    if (depth >= kFirstRoulette) {
+        batch.Bits(base + kRouletteDimension, n, randoms->roulette);
+    }
+}
+
 void PathTracer::Leave(Path* path) const {
     Rgb radiance;
     if (lights_.has_environment()) {
@@ -145,7 +173,7 @@ void PathTracer::Leave(Path* path) const {
     }
 }
 
-bool PathTracer::Shade(Path* path, int depth) const {
+bool PathTracer::Shade(Path* path, int depth, const Randoms& randoms, std::size_t row) const {
     path->has_shadow_ray = false;
     path->shadow_is_feature = false;
     const Object& object = accel_.objects()[path->hit.object];
@@ -173,12 +201,12 @@ bool PathTracer::Shade(Path* path, int depth) const {
         return false;
     }
     if (bsdf.HasSmoothLobe() && !lights_.black()) {
-        SampleLight(surface, bsdf, depth, path);
+        SampleLight(surface, bsdf, depth, randoms, row, path);
     }
     if (depth + 1 == max_depth_ && last_finds_nothing_ && !path->features_open) {
         return false;
     }
-    return SampleDirection(surface, part, bsdf, depth, path);
+    return SampleDirection(surface, part, bsdf, depth, randoms, row, path);
 }
 
 void PathTracer::AddEmission(const Surface& surface, const CompiledMaterial& material,
@@ -206,12 +234,10 @@ void PathTracer::WriteFeatures(const Surface& surface, const Bsdf& bsdf, Path* p
 }
 
 void PathTracer::SampleLight(const Surface& surface, const Bsdf& bsdf, int depth,
-                             Path* path) const {
-    const std::uint32_t base = VertexBase(depth);
-    const std::uint32_t choice =
-        lights_.single() ? 0 : path->sampler.OneBits(base + kLightChoiceDimension);
+                             const Randoms& randoms, std::size_t row, Path* path) const {
+    const std::uint32_t choice = lights_.single() ? 0 : randoms.light_choice[row];
     const auto light =
-        lights_.Sample(surface.point, choice, path->sampler.Pair(base + kLightDimension));
+        lights_.Sample(surface.point, choice, {randoms.light_x[row], randoms.light_y[row]});
     if (!light) {
         return;
     }
@@ -236,14 +262,14 @@ void PathTracer::SampleLight(const Surface& surface, const Bsdf& bsdf, int depth
         ray.direction = surface.point + light->wi * light->distance - ray.origin;
         ray.far = 1 - std::max(kShadowGap, light->clearance / light->distance);
     }
-    ray.seed = blends_ ? path->sampler.Bits(base + kShadowDimension) : 0;
+    ray.seed = blends_ ? path->sampler.Bits(VertexBase(depth) + kShadowDimension) : 0;
 }
 
 bool PathTracer::SampleDirection(const Surface& surface, const CompiledMaterial& material,
-                                 const Bsdf& bsdf, int depth, Path* path) const {
-    const std::uint32_t base = VertexBase(depth);
-    const float choice = bsdf.NeedsChoice() ? path->sampler.One(base + kLobeChoiceDimension) : 0;
-    const auto next = bsdf.Sample(path->sampler.Pair(base + kDirectionDimension), choice);
+                                 const Bsdf& bsdf, int depth, const Randoms& randoms,
+                                 std::size_t row, Path* path) const {
+    const float choice = bsdf.NeedsChoice() ? ToUnit(randoms.lobe_choice[row]) : 0;
+    const auto next = bsdf.Sample({randoms.direction_x[row], randoms.direction_y[row]}, choice);
     if (!next) {
         return false;
     }
@@ -262,7 +288,7 @@ bool PathTracer::SampleDirection(const Surface& surface, const CompiledMaterial&
     if (depth >= kFirstRoulette) {
         const float survival = MaxComponent(path->throughput) * path->eta_scale;
         if (survival < 1) {
-            if (ToUnit(path->sampler.Bits(base + kRouletteDimension)) >= survival) {
+            if (ToUnit(randoms.roulette[row]) >= survival) {
                 return false;
             }
             path->throughput *= 1 / survival;

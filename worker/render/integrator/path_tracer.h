@@ -36,19 +36,25 @@ class PathTracer {
     static constexpr std::size_t kWave = 64;
 
   private:
+    using Randoms = VertexRandoms<kWave>;
+
     void Start(const SampleRequest& request, Path* path) const;
     // Finds the next vertex. False if the ray left the scene: the path has ended.
     bool Extend(Path* path, int depth) const;
     // Finds the texture coordinates of the hit and asks the memory for the texels.
     void PrefetchTextures(Path* path) const;
+    // What Shade will need.
+    void DrawRandoms(std::span<const std::uint32_t> alive, std::span<const Path> paths, int depth,
+                     Randoms* randoms) const;
     void Leave(Path* path) const;
     // Emission, features, light, and the next direction. False if the path has ended.
-    bool Shade(Path* path, int depth) const;
+    bool Shade(Path* path, int depth, const Randoms& randoms, std::size_t row) const;
     void AddEmission(const Surface& surface, const CompiledMaterial& material, Path* path) const;
     void WriteFeatures(const Surface& surface, const Bsdf& bsdf, Path* path) const;
-    void SampleLight(const Surface& surface, const Bsdf& bsdf, int depth, Path* path) const;
+    void SampleLight(const Surface& surface, const Bsdf& bsdf, int depth, const Randoms& randoms,
+                     std::size_t row, Path* path) const;
     bool SampleDirection(const Surface& surface, const CompiledMaterial& material, const Bsdf& bsdf,
-                         int depth, Path* path) const;
+                         int depth, const Randoms& randoms, std::size_t row, Path* path) const;
     void Connect(Path* path) const;
 
     const Accel& accel_;
@@ -59,6 +65,7 @@ class PathTracer {
     std::uint32_t seed_;
     int max_depth_;
     bool blends_ = false;              // some surface is partly transparent
+    bool chooses_ = false;             // some surface draws a lobe apart from its direction
     bool absorbs_ = false;             // some glass absorbs
     bool last_is_any_hit_ = false;     // the last segment can only find the environment
     bool last_finds_nothing_ = false;  // not even that

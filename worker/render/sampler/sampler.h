@@ -23,27 +23,42 @@ class Sampler {
           reversed_index_(ReverseBits(index >> 1)) {}
 
     // In [0, 1)^2. Every dimension is read at most once a path.
-    Vec2f Pair(std::uint32_t dimension) const {
-        const std::uint32_t key = Hash(key_, dimension);
-        // The shuffled index, bits reversed: also the first coordinate before its scramble.
-        const std::uint32_t first = LaineKarras(reversed_index_, key);
-        const std::uint32_t second = SecondSobol(first);
-        return {ToUnit(Scramble(first, Mix(key + 0x51633e2du))),
-                ToUnit(Scramble(second, Mix(key + 0xa511e9b3u)))};
-    }
+    Vec2f Pair(std::uint32_t dimension) const { return Pair(key_, reversed_index_, dimension); }
 
     // In [0, 1), stratified over the samples of the pixel.
     float One(std::uint32_t dimension) const { return ToUnit(OneBits(dimension)); }
 
     // The same as a binary fraction of 32 digits.
     std::uint32_t OneBits(std::uint32_t dimension) const {
-        const std::uint32_t key = Hash(key_, dimension);
-        return Scramble(LaineKarras(reversed_index_, key), Mix(key + 0x51633e2du));
+        return OneBits(key_, reversed_index_, dimension);
     }
 
     // 32 bits without structure, for decisions that gain nothing from stratification.
     std::uint32_t Bits(std::uint32_t dimension) const {
-        return Hash(Hash(key_, dimension), reversed_index_);
+        return Bits(key_, reversed_index_, dimension);
+    }
+
+    // What these are functions of, for SamplerBatch.
+    std::uint32_t key() const { return key_; }
+    std::uint32_t reversed_index() const { return reversed_index_; }
+
+    static Vec2f Pair(std::uint32_t own_key, std::uint32_t reversed_index,
+                      std::uint32_t dimension) {
+        const std::uint32_t key = Hash(own_key, dimension);
+        // The shuffled index, bits reversed: also the first coordinate before its scramble.
+        const std::uint32_t first = LaineKarras(reversed_index, key);
+        const std::uint32_t second = SecondSobol(first);
+        return {ToUnit(Scramble(first, Mix(key + 0x51633e2du))),
+                ToUnit(Scramble(second, Mix(key + 0xa511e9b3u)))};
+    }
+    static std::uint32_t OneBits(std::uint32_t own_key, std::uint32_t reversed_index,
+                                 std::uint32_t dimension) {
+        const std::uint32_t key = Hash(own_key, dimension);
+        return Scramble(LaineKarras(reversed_index, key), Mix(key + 0x51633e2du));
+    }
+    static std::uint32_t Bits(std::uint32_t own_key, std::uint32_t reversed_index,
+                              std::uint32_t dimension) {
+        return Hash(Hash(own_key, dimension), reversed_index);
     }
 
   private:
