@@ -20,6 +20,20 @@ constexpr std::uint64_t kFlattenTriangles = 2'000'000;
 
 constexpr float kSmallest = std::numeric_limits<float>::min();
 
+// Unit length, of any length that floats have; 0 stays 0.
+Vec3f UnitNormal(Vec3f n) {
+    constexpr float kSafe = 1e-30f;  // squares beyond these lose bits, or overflow
+    float length2 = Length2(n);
+    if (!(length2 > kSafe && length2 < 1 / kSafe)) {
+        n = n / std::max(MaxComponent(Max(n, -n)), kSmallest);
+        length2 = Length2(n);
+        if (!(length2 > 0)) {
+            return {};
+        }
+    }
+    return n * (1 / std::sqrt(length2));
+}
+
 // What the filter of a partly transparent mesh needs.
 struct FilterMesh {
     const TriangleData* triangles;  // null: no uvs
@@ -243,18 +257,13 @@ bool Accel::Intersect(const Ray& ray, Hit* hit) const {
     if (object.triangles != nullptr) {  // shading will want it
         _mm_prefetch(reinterpret_cast<const char*>(object.triangles + hit->triangle), _MM_HINT_T0);
     }
-    // Scaled first: the square of a small triangle's normal would underflow, of a large one's
-    // overflow.
-    hit->normal = hit->normal / std::max(MaxComponent(Max(hit->normal, -hit->normal)), kSmallest);
-    if (object.nested) {
-        hit->normal = object.TransformNormal(hit->normal);
-        hit->normal =
-            hit->normal / std::max(MaxComponent(Max(hit->normal, -hit->normal)), kSmallest);
-    } else if (object.mirrored) {
-        hit->normal = -hit->normal;
+    hit->normal = object.nested     ? object.TransformNormal(UnitNormal(hit->normal))
+                  : object.mirrored ? -hit->normal
+                                    : hit->normal;
+    hit->normal = UnitNormal(hit->normal);
+    if (hit->normal == Vec3f{}) {
+        hit->normal = -Normalize(ray.direction);
     }
-    const float length2 = Length2(hit->normal);
-    hit->normal = length2 > 0 ? hit->normal / std::sqrt(length2) : -Normalize(ray.direction);
     return true;
 }
 

@@ -88,14 +88,15 @@ std::optional<BsdfSample> Bsdf::Sample(Vec2f u, float choice) const {
             return std::nullopt;
         }
         BsdfSample sample;
-        sample.wi = Normalize(at_.frame.ToWorld(local.wi));
+        sample.wi = at_.frame.ToWorld(local.wi);
         if (!(local.wi.z * Dot(sample.wi, at_.geometric) > 0)) {
             return std::nullopt;
         }
         sample.eta2 = local.eta2;
         sample.transmitted = local.wi.z < 0;
-        if (local.delta) {
+        if (local.delta || local.pdf > 0) {
             sample.weight = local.weight;
+            sample.pdf = local.pdf;
             return sample;
         }
         const BsdfValue value = model.Evaluate(local.wi);

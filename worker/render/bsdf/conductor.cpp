@@ -81,8 +81,18 @@ bool ConductorModel::Sample(Vec2f u, float, LobeSample* sample) const {
         sample->weight = fresnel(wo.z);
         return true;
     }
-    sample->wi = Reflect(wo, ggx::SampleVisibleNormal(wo, alpha, u));
-    return sample->wi.z > 0;
+    const Vec3f h = ggx::SampleVisibleNormal(wo, alpha, u);
+    const Vec3f wi = Reflect(wo, h);
+    if (wi.z <= 0) {
+        return false;
+    }
+    // f cos / pdf = F G2 / G1
+    const float slope_o = ggx::Slope(wo, alpha), slope_i = ggx::Slope(wi, alpha);
+    sample->wi = wi;
+    sample->pdf = 0.5f * ggx::D(h, alpha) / (wo.z + slope_o);
+    sample->weight =
+        fresnel(Dot(wo, h)) * (wi.z * (wo.z + slope_o) / (wi.z * slope_o + wo.z * slope_i));
+    return true;
 }
 
 }  // namespace relume::render

@@ -15,6 +15,10 @@ struct DiffuseModel {
     BsdfValue Evaluate(Vec3f wi) const;
     bool Sample(Vec2f u, float, LobeSample* sample) const {
         sample->wi = SampleCosineHemisphere(u);
+        if (b == 0) {
+            sample->weight = color * kPi;
+            sample->pdf = sample->wi.z * kInvPi;
+        }
         return true;
     }
 };

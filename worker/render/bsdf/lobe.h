@@ -23,8 +23,9 @@ struct BsdfValue {
 };
 
 struct LobeSample {
-    Vec3f wi;
+    Vec3f wi;            // unit length
     bool delta = false;  // perfectly specular: `weight` counts, and Evaluate knows nothing of it
+    float pdf = 0;       // above 0: `weight` counts too, else both are Evaluate's
     Rgb weight;          // f |cos| / pdf
     float eta2 = 1;      // square of the relative index crossed
 };
