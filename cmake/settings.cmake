@@ -17,6 +17,11 @@ endif()
 
 # Same bits in every build of one compiler: no contraction, never -ffast-math (docs/architecture.md).
 add_compile_options(-ffp-contract=off)
+option(RELUME_FUZZ "Instrument everything for libFuzzer (clang), and build tests/fuzz" OFF)
+if(RELUME_FUZZ)
+    add_compile_options(-fsanitize=fuzzer-no-link)
+    add_compile_definitions(_GLIBCXX_ASSERTIONS)
+endif()
 if(RELUME_SANITIZER)
     add_compile_options(-fsanitize=${RELUME_SANITIZER} -fno-omit-frame-pointer)
     add_link_options(-fsanitize=${RELUME_SANITIZER})
