@@ -1,7 +1,8 @@
 """Runs inside Blender: renders a glTF file with Cycles as bench/peers asks. One JSON line on stdout, after "RESULT ".
 
 blender --background --factory-startup --python-exit-code 1 --python bench/cycles_render.py -- REQUEST.json
-REQUEST.json: scene, environment, output (.exr), width, height, spp, segments, threads, seed, repeats.
+REQUEST.json: scene, environment, scale (of its radiance), output (.exr), width, height, spp, segments, threads,
+seed, repeats.
 """
 
 import json
@@ -24,7 +25,7 @@ def cpu_seconds():
     return usage.ru_utime + usage.ru_stime
 
 
-def set_environment(scene, path):
+def set_environment(scene, path, scale):
     """The map as glTF's users (and Relume) turn it: the middle column lies at glTF's -z, Blender's +y.
 
     Blender's own zero is +x, a quarter turn away.
@@ -41,6 +42,7 @@ def set_environment(scene, path):
     texture = nodes.new("ShaderNodeTexEnvironment")
     texture.image = bpy.data.images.load(path)
     background = nodes.new("ShaderNodeBackground")
+    background.inputs["Strength"].default_value = scale
     output = nodes.new("ShaderNodeOutputWorld")
     links.new(coordinates.outputs["Generated"], mapping.inputs["Vector"])
     links.new(mapping.outputs["Vector"], texture.inputs["Vector"])
@@ -96,7 +98,7 @@ def main():
     scene.camera = next(o for o in scene.objects if o.type == "CAMERA")
     for light in [o for o in scene.objects if o.type == "LIGHT"]:
         print("light of the file:", light.name)
-    set_environment(scene, request["environment"])
+    set_environment(scene, request["environment"], request["scale"])
     set_cycles(scene, request)
 
     # The first render builds everything.

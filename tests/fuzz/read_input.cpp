@@ -86,13 +86,12 @@ void CheckScene(const Scene& scene) {
             Promise(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z),
                     "position is not finite");
         }
-        Promise(mesh.material >= 0 &&
-                    static_cast<std::size_t>(mesh.material) < scene.materials.size(),
-                "material out of range");
+        Promise(
+            mesh.material >= 0 && static_cast<std::size_t>(mesh.material) < scene.materials.size(),
+            "material out of range");
     }
     for (const Instance& instance : scene.instances) {
-        Promise(instance.mesh >= 0 &&
-                    static_cast<std::size_t>(instance.mesh) < scene.meshes.size(),
+        Promise(instance.mesh >= 0 && static_cast<std::size_t>(instance.mesh) < scene.meshes.size(),
                 "mesh out of range");
     }
 }
@@ -181,7 +180,7 @@ void ReadTexts(std::string_view bytes) {
 }  // namespace
 
 const std::vector<std::string>& InputKinds() {
-    static const std::vector<std::string> kinds{"pbrt", "gltf", "glb",  "obj",
+    static const std::vector<std::string> kinds{"pbrt", "gltf",  "glb",  "obj",
                                                 "ply",  "image", "texts"};
     return kinds;
 }

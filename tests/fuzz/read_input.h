@@ -10,8 +10,8 @@ namespace relume::test {
 // "texts" (manifest paths and URIs).
 const std::vector<std::string>& InputKinds();
 
-// Gives the bytes to all that reads such input. What is wrong with them must end in a relume::Error,
-// which is swallowed; any other exception gets through, and so does a broken promise
+// Gives the bytes to all that reads such input. What is wrong with them must end in a
+// relume::Error, which is swallowed; any other exception gets through, and so does a broken promise
 // (std::logic_error).
 //
 // A scene may have further files in the same bytes, each after a line "%%FILE": the first file that

@@ -34,8 +34,8 @@ TEST_P(FuzzRegressions, EndInASceneOrAnError) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, FuzzRegressions, testing::ValuesIn(Inputs()), [](const auto& param) {
-    std::string name = param.param.parent_path().filename().string() + "_" +
-                       param.param.stem().string();
+    std::string name =
+        param.param.parent_path().filename().string() + "_" + param.param.stem().string();
     std::replace_if(
         name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
     return name;
