@@ -1,11 +1,11 @@
-// Camera "perspective": yfov [0.7] (radians, full vertical angle), or xfov instead; the other
-// follows from the image's shape. aspect_ratio advises on that shape and is not used. Thin lens:
-// lens_radius [0], focus_distance [1] (scene units; the settings may override both).
-#include <fmt/format.h>
-
+// Camera "perspective": yfov [0.7] (radians, full vertical angle), or xfov instead, or fov_short
+// (along the image's shorter side) instead; the other follows from the image's shape. aspect_ratio
+// advises on that shape and is not used. screen_window x_min x_max y_min y_max: what is seen, in
+// units of the shorter side's half extent as the angle gives it; stretched to the image's shape.
+// Lens: ReadLens.
+#include <algorithm>
 #include <cmath>
 
-#include "core/base/error.h"
 #include "worker/render/bsdf/params.h"
 #include "worker/render/camera/ray_camera.h"
 
@@ -17,25 +17,17 @@ RayCamera MakePerspective(const ParamSet& params, const RenderSettings& settings
     const float aspect = static_cast<float>(settings.width) / static_cast<float>(settings.height);
     const float yfov = ReadInRange(params, "yfov", 0.7f, kLeast, kMost);
     params.GetFloat("aspect_ratio", aspect);
+    float half_height = std::tan(0.5f * yfov);
     if (params.Has("xfov")) {
-        camera.half_width = std::tan(0.5f * ReadInRange(params, "xfov", 0.7f, kLeast, kMost));
-        camera.half_height = camera.half_width / aspect;
-    } else {
-        camera.half_height = std::tan(0.5f * yfov);
-        camera.half_width = camera.half_height * aspect;
+        half_height = std::tan(0.5f * ReadInRange(params, "xfov", 0.7f, kLeast, kMost)) / aspect;
     }
-    camera.lens_radius = params.GetFloat("lens_radius", 0);
-    camera.focus_distance = params.GetFloat("focus_distance", 1);
-    if (settings.lens_radius >= 0) {
-        camera.lens_radius = settings.lens_radius;
+    if (params.Has("fov_short")) {
+        half_height = std::tan(0.5f * ReadInRange(params, "fov_short", 0.7f, kLeast, kMost)) /
+                      std::min(1.0f, aspect);
     }
-    if (settings.focus_distance >= 0) {
-        camera.focus_distance = settings.focus_distance;
-    }
-    if (camera.lens_radius > 0 && !(camera.focus_distance > 0)) {
-        ThrowInvalidArgument(
-            fmt::format("focus_distance {} must be above 0", camera.focus_distance));
-    }
+    camera.window = ReadScreenWindow(params, half_height * aspect, half_height,
+                                     half_height * std::min(1.0f, aspect));
+    ReadLens(params, settings, &camera);
     return camera;
 }
 

@@ -12,12 +12,18 @@ struct CameraRay {
     Vec3f origin, direction;  // unit length
 };
 
+// What a camera sees of its image plane: at distance 1, or in scene units (orthographic); y up.
+struct ScreenWindow {
+    float x_min = -1, x_max = 1, y_min = -1, y_max = 1;
+};
+
 // A camera for one image size, as plain data. The pixel filter is a box: every sample lies in its
 // own pixel.
 struct RayCamera {
-    Vec3f origin, right, up, forward;  // unit length; scale of the camera's node does not matter
-    float half_width = 1,
-          half_height = 1;  // of the image plane: at distance 1, or in scene units (orthographic)
+    // Unit length; scale of the camera's node does not matter, and its mirroring stays: the frame
+    // may be left-handed.
+    Vec3f origin, right, up, forward;
+    ScreenWindow window;
     bool orthographic = false;
     float lens_radius = 0, focus_distance = 1;  // scene units; radius 0: pinhole
     int width = 1, height = 1;                  // pixels
@@ -26,6 +32,13 @@ struct RayCamera {
     // if there is one.
     CameraRay Generate(Vec2f film, Vec2f lens) const;
 };
+
+// The parameter screen_window times `unit`, or else the centred window of these half extents.
+ScreenWindow ReadScreenWindow(const ParamSet& params, float half_width, float half_height,
+                              float unit);
+
+// Thin lens: lens_radius [0], focus_distance [1] (scene units; the settings may override both).
+void ReadLens(const ParamSet& params, const RenderSettings& settings, RayCamera* camera);
 
 // Reads a camera. Throws kInvalidArgument naming the camera for an unknown type or parameter.
 RayCamera CompileCamera(const Camera& camera, const RenderSettings& settings);

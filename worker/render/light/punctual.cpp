@@ -5,6 +5,19 @@
 
 namespace relume::render {
 
+float PunctualLight::Cone(float cosine) const {
+    const float t = std::clamp(cone_scale * cosine + cone_offset, 0.0f, 1.0f);
+    switch (falloff) {
+        case Falloff::kSquare:
+            break;
+        case Falloff::kSmoothstep:
+            return t * t * (3 - 2 * t);
+        case Falloff::kQuartic:
+            return t * t * t * t;
+    }
+    return t * t;
+}
+
 bool PunctualLight::Illuminate(Vec3f p, LightSample* sample) const {
     sample->delta = true;
     if (kind == Kind::kDirectional) {
@@ -20,14 +33,12 @@ bool PunctualLight::Illuminate(Vec3f p, LightSample* sample) const {
     }
     sample->distance = std::sqrt(distance2);
     sample->wi = to_light * (1 / sample->distance);
-    float falloff = 1 / distance2;
+    float arriving = 1 / distance2;
     if (kind == Kind::kSpot) {
-        const float cone =
-            std::clamp(cone_scale * -Dot(direction, sample->wi) + cone_offset, 0.0f, 1.0f);
-        falloff *= cone * cone;
+        arriving *= Cone(-Dot(direction, sample->wi));
     }
-    sample->radiance = strength * falloff;
-    return falloff > 0;
+    sample->radiance = strength * arriving;
+    return arriving > 0;
 }
 
 double PunctualLight::Power(float scene_radius) const {

@@ -10,16 +10,21 @@ namespace relume::render {
 // A point, spot or directional light (KHR_lights_punctual), as plain data.
 struct PunctualLight {
     enum class Kind : std::uint8_t { kPoint, kSpot, kDirectional };
+    enum class Falloff : std::uint8_t { kSquare, kSmoothstep, kQuartic };
 
     Kind kind = Kind::kPoint;
     Vec3f position;
-    Vec3f direction;                        // that it shines along, unit length
-    Rgb strength;                           // W/sr; directional: W/m^2
-    float cone_scale = 0, cone_offset = 1;  // spot: falloff clamp(scale cos + offset, 0, 1)^2
-    float cone_solid_angle = 0;             // spot: about what it lights, sr
+    Vec3f direction;  // that it shines along, unit length
+    Rgb strength;     // W/sr; directional: W/m^2
+    // Spot: falloff of clamp(scale cos + offset, 0, 1); nothing below cone_cosine.
+    float cone_scale = 0, cone_offset = 1, cone_cosine = -1;
+    Falloff falloff = Falloff::kSquare;
+    float cone_solid_angle = 0;  // spot: integral of the falloff, sr
 
     // All but the pdf; false if no light goes to p.
     bool Illuminate(Vec3f p, LightSample* sample) const;
+    // Spot: share of the intensity at this cosine from the axis.
+    float Cone(float cosine) const;
     // Watts over the scene, for choosing.
     double Power(float scene_radius) const;
 };
