@@ -87,6 +87,11 @@ struct CompiledMaterial {
     TextureId amount_texture = -1;
 
     bool IsEmissive() const { return emissive.x > 0 || emissive.y > 0 || emissive.z > 0; }
+    // Light can come from behind the surface.
+    bool Transmits() const {
+        return has_glass || model == Model::kDielectric || model == Model::kThinDielectric ||
+               model == Model::kDiffuseTransmission;
+    }
     bool NeedsUv() const { return needs_uv; }
     bool SeesThrough() const { return alpha_mode != AlphaMode::kOpaque; }
     // All that this material itself reads, -1 among them.

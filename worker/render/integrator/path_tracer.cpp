@@ -172,6 +172,7 @@ bool PathTracer::Shade(Path* path, int depth) const {
     if (depth == max_depth_) {
         return false;
     }
+    path->from = {surface.point, bsdf.normal(), part.Transmits()};
     if (bsdf.HasSmoothLobe() && !lights_.black()) {
         SampleLight(surface, bsdf, depth, path);
     }
@@ -189,8 +190,9 @@ void PathTracer::AddEmission(const Surface& surface, const CompiledMaterial& mat
     float weight = 1;
     const Object& object = accel_.objects()[path->hit.object];
     if (path->pdf > 0 && object.first_light >= 0) {
-        weight = PowerHeuristic(path->pdf, lights_.AreaPdf(object, path->hit.triangle, path->hit.t,
-                                                           path->direction, path->hit.normal));
+        weight = PowerHeuristic(path->pdf,
+                                lights_.AreaPdf(path->from, object, path->hit.triangle, path->hit.t,
+                                                path->direction, path->hit.normal));
     }
     (path->specular_only ? path->direct : path->indirect) +=
         path->throughput * Emission(material, textures_, surface.uv) * weight;
@@ -211,7 +213,7 @@ void PathTracer::SampleLight(const Surface& surface, const Bsdf& bsdf, int depth
     const std::uint32_t choice =
         lights_.single() ? 0 : path->sampler.OneBits(base + kLightChoiceDimension);
     const auto light =
-        lights_.Sample(surface.point, choice, path->sampler.Pair(base + kLightDimension));
+        lights_.Sample(path->from, choice, path->sampler.Pair(base + kLightDimension));
     if (!light) {
         return;
     }
