@@ -1,7 +1,6 @@
 #pragma once
 
-#include <algorithm>
-#include <cmath>
+#include <cstddef>
 
 #include "core/math/box.h"
 #include "core/math/vec.h"
@@ -28,63 +27,26 @@ struct LightExtent {
 
 LightExtent Unite(const LightExtent& a, const LightExtent& b);
 
-// The same made ready for the question what arrives at a receiver.
-struct LightBounds {
-    Vec3f center;
-    float radius2 = 0;  // of the sphere about the box
-    Vec3f axis{0, 0, 1};
-    float strength = 0;
-    float cos_spread = 1, sin_spread = 0, cos_reach = 0;
-    bool both_sides = false;
+// Eight numbers side by side, in one AVX register.
+using Float8 = float __attribute__((vector_size(32)));
 
-    LightBounds() = default;
-    explicit LightBounds(const LightExtent& extent);
+// Eight such extents made ready for the question what arrives at a receiver.
+class LightGroup {
+  public:
+    static constexpr std::size_t kSize = 8;
 
-    // About what a receiver gets, visibility and its material left out: 0 only where it gets
-    // nothing (up to rounding at a horizon).
-    float Importance(const LightReceiver& at) const {
-        const Vec3f to_light = center - at.point;
-        const float distance2 = Length2(to_light);
-        // The sphere's half angle as seen from the point; all around if that lies inside.
-        float cos_sphere = -1, sin_sphere = 0;
-        if (distance2 > radius2) {
-            const float sin2 = radius2 / distance2;
-            sin_sphere = std::sqrt(sin2);
-            cos_sphere = std::sqrt(1 - sin2);
-        }
-        const float scale = distance2 > 0 ? 1 / std::sqrt(distance2) : 0;
-        float importance = strength / std::max(distance2, std::max(radius2, 1e-30f));
-        // Angle between the way to the point and the nearest direction that the light faces, from
-        // anywhere in the sphere.
-        float cos_axis = -Dot(axis, to_light) * scale;
-        cos_axis = std::clamp(both_sides ? std::abs(cos_axis) : cos_axis, -1.0f, 1.0f);
-        if (cos_axis < cos_spread) {
-            const float sin_axis = std::sqrt(1 - cos_axis * cos_axis);
-            const float c = cos_axis * cos_spread + sin_axis * sin_spread;
-            if (c < cos_sphere) {
-                const float s = sin_axis * cos_spread - cos_axis * sin_spread;
-                const float cos_left = c * cos_sphere + s * sin_sphere;
-                if (cos_left <= cos_reach) {
-                    return 0;
-                }
-                importance *= cos_left;
-            }
-        }
-        // The receiver's own cosine, at its largest.
-        float cos_normal = Dot(at.normal, to_light) * scale;
-        if (at.through) {
-            cos_normal = std::abs(cos_normal);
-        }
-        if (cos_normal < cos_sphere && at.normal != Vec3f{}) {
-            const float sin_normal = std::sqrt(std::max(0.0f, 1 - cos_normal * cos_normal));
-            const float c = cos_normal * cos_sphere + sin_normal * sin_sphere;
-            if (c <= 0) {
-                return 0;
-            }
-            importance *= c;
-        }
-        return importance;
-    }
+    void Set(std::size_t i, const LightExtent& extent);
+
+    // About what a receiver gets from each, visibility and its material left out: 0 only where it
+    // gets nothing (up to rounding at a horizon), and of those that are not set.
+    Float8 Importance(const LightReceiver& at) const;
+
+  private:
+    Float8 x_{}, y_{}, z_{}, radius2_{};  // the sphere about the box
+    Float8 axis_x_{}, axis_y_{}, axis_z_{};
+    Float8 cos_spread_{}, sin_spread_{}, cos_reach_{};
+    Float8 strength_{};
+    Float8 both_sides_{};  // 1 or 0
 };
 
 }  // namespace relume::render

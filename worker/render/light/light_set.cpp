@@ -1,6 +1,7 @@
 #include "worker/render/light/light_set.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -34,6 +35,29 @@ float MeanEmission(const CompiledMaterial& material, const TextureSet& textures,
     return sum / kEmissionPoints;
 }
 
+Vec3f Abs(Vec3f v) { return {std::abs(v.x), std::abs(v.y), std::abs(v.z)}; }
+
+// If the triangles p and q share an edge and make a parallelogram, turns p so that its first corner
+// is the one opposite of q.
+bool MakeParallelogram(std::array<Vec3f, 3>* p, const std::array<Vec3f, 3>& q) {
+    constexpr float kTolerance = 1e-6f;  // of coordinates
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Vec3f a = (*p)[i], b = (*p)[(i + 1) % 3], c = (*p)[(i + 2) % 3];
+        for (std::size_t k = 0; k < 3; ++k) {
+            if (q[k] == c && q[(k + 1) % 3] == b) {  // the shared edge runs the other way
+                const Vec3f d = q[(k + 2) % 3];
+                const float scale = std::max(MaxComponent(Abs(a)), MaxComponent(Abs(d)));
+                if (!(MaxComponent(Abs(a + d - b - c)) <= kTolerance * scale)) {
+                    return false;
+                }
+                *p = {a, b, c};
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
 }  // namespace
 
 LightSet::LightSet(const Scene& scene, const std::vector<CompiledMaterial>& materials,
@@ -42,12 +66,22 @@ LightSet::LightSet(const Scene& scene, const std::vector<CompiledMaterial>& mate
     const float radius = scene.Bounds().empty() ? 1.0f : scene.Bounds().radius();
     std::vector<LightExtent> extents;
     Powers powers;
-    AddAreaLights(scene, accel, &extents, &powers);
+    for (std::size_t o = 0; o < scene.instances.size(); ++o) {
+        const Instance& instance = scene.instances[o];
+        const Mesh& mesh = scene.meshes[static_cast<std::size_t>(instance.mesh)];
+        Object& object = accel->objects()[o];
+        if (materials[object.material].IsEmissive()) {
+            object.first_light = static_cast<std::int32_t>(area_of_.size());
+            AddAreaLights(mesh, instance.to_world, static_cast<std::uint32_t>(o), object, &extents,
+                          &powers);
+        }
+    }
     emissive_surfaces_ = !areas_.empty();
     AddPunctualLights(scene, radius, &extents, &powers);
     tree_ = LightTree(extents);
     if (tree_.empty()) {  // surfaces that never shine
         areas_.clear();
+        area_of_.clear();
         for (Object& object : accel->objects()) {
             object.first_light = -1;
         }
@@ -58,48 +92,59 @@ LightSet::LightSet(const Scene& scene, const std::vector<CompiledMaterial>& mate
     ShareOut(powers, radius);
 }
 
-void LightSet::AddAreaLights(const Scene& scene, Accel* accel, std::vector<LightExtent>* extents,
+void LightSet::AddAreaLights(const Mesh& mesh, const Transform& to_world, std::uint32_t o,
+                             const Object& object, std::vector<LightExtent>* extents,
                              Powers* powers) {
-    for (std::size_t o = 0; o < scene.instances.size(); ++o) {
-        const Instance& instance = scene.instances[o];
-        const Mesh& mesh = scene.meshes[static_cast<std::size_t>(instance.mesh)];
-        const CompiledMaterial& material = materials_[static_cast<std::size_t>(mesh.material)];
-        if (!material.IsEmissive()) {
-            continue;
+    const CompiledMaterial& material = materials_[object.material];
+    const bool uniform = material.emissive_texture < 0 && !material.SeesThrough();
+    const auto corners = [&](std::size_t i) {
+        const Vec3u v = mesh.triangles[i];
+        return std::array<Vec3f, 3>{to_world.Point(mesh.positions[v.x]),
+                                    to_world.Point(mesh.positions[v.y]),
+                                    to_world.Point(mesh.positions[v.z])};
+    };
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+        const auto number = static_cast<std::uint32_t>(areas_.size());
+        area_of_.push_back(number);
+        std::array<Vec3f, 3> p = corners(i);
+        AreaLight light;
+        light.object = o;
+        light.triangle = static_cast<std::uint32_t>(i);
+        if (uniform && i + 1 < mesh.triangles.size() && MakeParallelogram(&p, corners(i + 1))) {
+            light.parallelogram = 1;
+            area_of_.push_back(number);
+            ++i;
         }
-        Object& object = accel->objects()[o];
-        object.first_light = static_cast<std::int32_t>(areas_.size());
-        for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-            const Vec3u v = mesh.triangles[i];
-            AreaLight light;
-            light.p0 = instance.to_world.Point(mesh.positions[v.x]);
-            light.e1 = instance.to_world.Point(mesh.positions[v.y]) - light.p0;
-            light.e2 = instance.to_world.Point(mesh.positions[v.z]) - light.p0;
-            light.size = LargestEdge(mesh, v) * object.scale;
-            light.object = static_cast<std::uint32_t>(o);
-            light.triangle = static_cast<std::uint32_t>(i);
-            LightExtent extent;
-            const Vec3f normal = Cross(light.e1, light.e2) * (object.mirrored ? -1.0f : 1.0f);
-            const float length = Length(normal);
-            if (length > 0 && std::isfinite(1 / length)) {
-                light.normal = normal / length;
-                light.inverse_area = 2 / length;
-                const TriangleData* data =
-                    object.triangles == nullptr ? nullptr : object.triangles + i;
-                const float strength = 0.5f * length * MeanEmission(material, textures_, data);
-                extent.strength = std::isfinite(strength) ? strength : 0;
-                extent.axis = light.normal;
-                extent.reach = kPi / 2;
-                extent.both_sides = material.double_sided;
-                extent.box.Add(light.p0);
-                extent.box.Add(light.p0 + light.e1);
-                extent.box.Add(light.p0 + light.e2);
-                powers->placed +=
-                    static_cast<double>(extent.strength) * kPi * (material.double_sided ? 2 : 1);
+        light.p0 = p[0];
+        light.e1 = p[1] - p[0];
+        light.e2 = p[2] - p[0];
+        light.size = std::max({MaxComponent(Abs(light.e1)), MaxComponent(Abs(light.e2)),
+                               MaxComponent(Abs(light.e2 - light.e1))});
+        LightExtent extent;
+        const Vec3f normal = Cross(light.e1, light.e2) * (object.mirrored ? -1.0f : 1.0f);
+        const float length = Length(normal);
+        const float area = light.parallelogram != 0 ? length : 0.5f * length;
+        if (length > 0 && std::isfinite(1 / area)) {
+            light.normal = normal / length;
+            light.inverse_area = 1 / area;
+            const TriangleData* data =
+                object.triangles == nullptr ? nullptr : object.triangles + light.triangle;
+            const float strength = area * MeanEmission(material, textures_, data);
+            extent.strength = std::isfinite(strength) ? strength : 0;
+            extent.axis = light.normal;
+            extent.reach = kPi / 2;
+            extent.both_sides = material.double_sided;
+            extent.box.Add(light.p0);
+            extent.box.Add(light.p0 + light.e1);
+            extent.box.Add(light.p0 + light.e2);
+            if (light.parallelogram != 0) {
+                extent.box.Add(light.p0 + light.e1 + light.e2);
             }
-            areas_.push_back(light);
-            extents->push_back(extent);
+            powers->placed +=
+                static_cast<double>(extent.strength) * kPi * (material.double_sided ? 2 : 1);
         }
+        areas_.push_back(light);
+        extents->push_back(extent);
     }
 }
 
@@ -220,7 +265,7 @@ std::optional<LightSample> LightSet::SampleArea(const AreaLight& light, Vec3f p,
                  Dot(Cross(light.e1, at), normal) * scale};
         }
     } else {
-        b = SampleTriangle(u);
+        b = light.parallelogram != 0 ? Barycentric{u.x, u.y} : SampleTriangle(u);
         const Vec3f to_light = light.p0 + light.e1 * b.b1 + light.e2 * b.b2 - p;
         const float distance2 = Length2(to_light);
         sample.distance = std::sqrt(distance2);
@@ -247,7 +292,7 @@ std::optional<LightSample> LightSet::SampleArea(const AreaLight& light, Vec3f p,
 
 float LightSet::AreaPdf(const LightReceiver& from, const Object& object, std::uint32_t triangle,
                         float distance, Vec3f direction, Vec3f normal) const {
-    const auto i = static_cast<std::uint32_t>(object.first_light) + triangle;
+    const std::uint32_t i = area_of_[static_cast<std::uint32_t>(object.first_light) + triangle];
     const float probability = placed_probability_ * tree_.Probability(from, i);
     if (!(probability > 0)) {
         return 0;

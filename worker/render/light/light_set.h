@@ -60,8 +60,9 @@ class LightSet {
         std::vector<double> directional;
     };
 
-    void AddAreaLights(const Scene& scene, Accel* accel, std::vector<LightExtent>* extents,
-                       Powers* powers);
+    // Of object `o`. Two triangles of one colour that follow each other are joined if they can be.
+    void AddAreaLights(const Mesh& mesh, const Transform& to_world, std::uint32_t o,
+                       const Object& object, std::vector<LightExtent>* extents, Powers* powers);
     void AddPunctualLights(const Scene& scene, float radius, std::vector<LightExtent>* extents,
                            Powers* powers);
     void ShareOut(const Powers& powers, float radius);
@@ -71,6 +72,7 @@ class LightSet {
     const std::vector<CompiledMaterial>& materials_;
     const TextureSet& textures_;
     const Accel& accel_;
+    std::vector<std::uint32_t> area_of_;   // by number of an emitting triangle
     std::vector<AreaLight> areas_;         // lights of tree_: first these
     std::vector<PunctualLight> punctual_;  // then these
     LightTree tree_;

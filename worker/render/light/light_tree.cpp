@@ -9,8 +9,8 @@ namespace relume::render {
 namespace {
 
 constexpr int kBins = 12;
-// From here down groups are halved, so that the turns fit into 64 bits.
-constexpr int kDeepest = 30;
+// From here down groups are halved, so that the turns fit into 64 bits (20 levels).
+constexpr int kDeepest = 8;
 constexpr double kBelowOne = 1 - 0x1p-53;
 
 // The measure of a group's directions (Conty Estevez and Kulla 2018, equation 1).
@@ -90,140 +90,152 @@ Cut FindCut(std::span<const LightExtent> lights, std::span<const std::uint32_t> 
     return best;
 }
 
-}  // namespace
-
-LightTree::LightTree(std::span<const LightExtent> lights) : places_(lights.size()) {
-    for (std::uint32_t i = 0; i < lights.size(); ++i) {
-        if (lights[i].strength > 0) {
-            order_.push_back(i);
-        }
+// Cuts a group in two, anyhow if need be.
+std::size_t CutGroup(std::span<const LightExtent> lights, std::span<std::uint32_t> group,
+                     bool halve) {
+    const Cut cut = halve ? Cut{} : FindCut(lights, group);
+    if (cut.axis < 0) {
+        return group.size() / 2;
     }
-    if (order_.empty()) {
-        return;
-    }
-    nodes_.emplace_back();
-    Build(lights, 0, 0, static_cast<std::uint32_t>(order_.size()), 0, 0);
-    in_order_.reserve(order_.size());
-    for (std::uint32_t i = 0; i < order_.size(); ++i) {
-        in_order_.emplace_back(lights[order_[i]]);
-        places_[order_[i]].index = i;
-    }
+    const auto right = std::stable_partition(group.begin(), group.end(), [&](std::uint32_t i) {
+        return cut.BinOf(lights[i]) < cut.bin;
+    });
+    return static_cast<std::size_t>(right - group.begin());
 }
 
-void LightTree::Build(std::span<const LightExtent> lights, std::uint32_t node, std::uint32_t begin,
-                      std::uint32_t end, int depth, std::uint64_t turns) {
-    const std::span<std::uint32_t> group(order_.data() + begin, end - begin);
+LightExtent UniteAll(std::span<const LightExtent> lights, std::span<const std::uint32_t> group) {
     LightExtent all;
     for (const std::uint32_t i : group) {
         all = Unite(all, lights[i]);
     }
-    nodes_[node].bounds = LightBounds(all);
-    if (group.size() <= kLeaf) {
-        nodes_[node].first = begin;
-        nodes_[node].count = end - begin;
-        for (const std::uint32_t i : group) {
-            places_[i].turns = turns;
-        }
-        return;
-    }
-    std::uint32_t middle = begin + (end - begin) / 2;
-    const Cut cut = depth < kDeepest ? FindCut(lights, group) : Cut{};
-    if (cut.axis >= 0) {
-        const auto right = std::stable_partition(group.begin(), group.end(), [&](std::uint32_t i) {
-            return cut.BinOf(lights[i]) < cut.bin;
-        });
-        middle = begin + static_cast<std::uint32_t>(right - group.begin());
-    }
-    const auto left = static_cast<std::uint32_t>(nodes_.size());
-    nodes_[node].first = left;
-    nodes_.resize(nodes_.size() + 2);
-    Build(lights, left, begin, middle, depth + 1, turns);
-    Build(lights, left + 1, middle, end, depth + 1, turns | std::uint64_t{1} << depth);
+    return all;
 }
 
-float LightTree::LeftShare(const LightReceiver& at, const Node& parent) const {
-    const float left = nodes_[parent.first].bounds.Importance(at);
-    const float right = nodes_[parent.first + 1].bounds.Importance(at);
-    const float sum = left + right;
-    return sum > 0 ? left / sum : -1;
+struct Part {
+    std::span<std::uint32_t> group;
+    LightExtent extent;
+    float cost = 0;
+};
+
+// Cuts a group into up to eight, that of the highest cost first.
+std::vector<Part> CutIntoParts(std::span<const LightExtent> lights, std::span<std::uint32_t> group,
+                               bool halve) {
+    const auto make = [&](std::span<std::uint32_t> part) {
+        const LightExtent extent = UniteAll(lights, part);
+        return Part{part, extent, part.size() > 1 ? Cost(extent) : -1};
+    };
+    std::vector<Part> parts = {make(group)};
+    while (parts.size() < LightGroup::kSize) {
+        const auto worst =
+            std::max_element(parts.begin(), parts.end(), [&](const Part& a, const Part& b) {
+                return halve ? a.group.size() < b.group.size() : a.cost < b.cost;
+            });
+        const std::span<std::uint32_t> whole = worst->group;
+        if (whole.size() < 2) {
+            break;
+        }
+        const std::size_t left = CutGroup(lights, whole, halve);
+        *worst = make(whole.first(left));
+        parts.push_back(make(whole.subspan(left)));
+    }
+    return parts;
+}
+
+}  // namespace
+
+LightTree::LightTree(std::span<const LightExtent> lights) : turns_(lights.size()) {
+    std::vector<std::uint32_t> order;
+    for (std::uint32_t i = 0; i < lights.size(); ++i) {
+        if (lights[i].strength > 0) {
+            order.push_back(i);
+        }
+    }
+    size_ = order.size();
+    if (!order.empty()) {
+        nodes_.emplace_back();
+        Build(lights, 0, order, 0, 0);
+    }
+}
+
+void LightTree::Build(std::span<const LightExtent> lights, std::uint32_t node,
+                      std::span<std::uint32_t> group, int depth, std::uint64_t turns) {
+    const std::vector<Part> parts = CutIntoParts(lights, group, depth >= kDeepest);
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+        nodes_[node].group.Set(i, parts[i].extent);
+        const std::uint64_t way = turns | static_cast<std::uint64_t>(i) << (3 * depth);
+        if (parts[i].group.size() == 1) {
+            const std::uint32_t light = parts[i].group.front();
+            nodes_[node].children[i] = light | kLight;
+            turns_[light] = way | std::uint64_t{1} << (3 * (depth + 1));
+            continue;
+        }
+        const auto child = static_cast<std::uint32_t>(nodes_.size());
+        nodes_[node].children[i] = child;
+        nodes_.emplace_back();
+        Build(lights, child, parts[i].group, depth + 1, way);
+    }
 }
 
 bool LightTree::Sample(const LightReceiver& at, double u, std::uint32_t* light,
                        float* probability) const {
-    const Node* node = nodes_.data();
+    std::uint32_t child = 0;
     float p = 1;
-    while (node->count == 0) {
-        const float left = LeftShare(at, *node);
-        if (left < 0) {
-            return false;
-        }
-        if (u < left) {
-            u = u / left;
-            p *= left;
-            node = &nodes_[node->first];
-        } else {
-            u = (u - left) / (1 - static_cast<double>(left));
-            p *= 1 - left;
-            node = &nodes_[node->first + 1];
-        }
-        u = std::min(u, kBelowOne);
-    }
-    if (node->count == 1) {
-        *light = order_[node->first];
-        *probability = p;
+    if (size_ == 1) {
+        *light = nodes_[0].children[0] & ~kLight;
+        *probability = 1;
         return true;
     }
-    std::array<float, kLeaf> importance;
-    float sum = 0;
-    for (std::uint32_t i = 0; i < node->count; ++i) {
-        importance[i] = in_order_[node->first + i].Importance(at);
-        sum += importance[i];
-    }
-    if (!(sum > 0)) {
-        return false;
-    }
-    double left = u * sum;
-    std::uint32_t chosen = 0;
-    for (std::uint32_t i = 0; i < node->count; ++i) {
-        if (importance[i] > 0) {
-            chosen = i;
-            if (left < importance[i]) {
-                break;
+    do {
+        const Node& node = nodes_[child];
+        const Float8 importance = node.group.Importance(at);
+        float sum = 0;
+        for (std::size_t i = 0; i < LightGroup::kSize; ++i) {
+            sum += importance[i];
+        }
+        if (!(sum > 0)) {
+            return false;
+        }
+        double left = u * sum;
+        std::size_t chosen = 0;
+        for (std::size_t i = 0; i < LightGroup::kSize; ++i) {
+            if (importance[i] > 0) {
+                chosen = i;
+                if (left < importance[i]) {
+                    break;
+                }
+                left -= importance[i];
             }
         }
-        left -= importance[i];
-    }
-    *light = order_[node->first + chosen];
-    *probability = p * (importance[chosen] / sum);
-    return true;
+        u = std::min(left / importance[chosen], kBelowOne);
+        p *= importance[chosen] / sum;
+        child = node.children[chosen];
+    } while ((child & kLight) == 0);
+    *light = child & ~kLight;
+    *probability = p;
+    return p > 0;
 }
 
 float LightTree::Probability(const LightReceiver& at, std::uint32_t light) const {
-    const Place& place = places_[light];
-    if (place.index == kNowhere) {
-        return 0;
+    std::uint64_t turns = turns_[light];
+    if (turns == 0 || size_ == 1) {
+        return turns == 0 ? 0 : 1;
     }
-    const Node* node = nodes_.data();
     float p = 1;
-    for (std::uint64_t turns = place.turns; node->count == 0; turns >>= 1) {
-        const float left = LeftShare(at, *node);
-        const bool right = (turns & 1) != 0;
-        p *= left < 0 ? 0 : right ? 1 - left : left;
-        if (p == 0) {
+    for (std::uint32_t child = 0; turns > 1; turns >>= 3) {
+        const Node& node = nodes_[child];
+        const Float8 importance = node.group.Importance(at);
+        float sum = 0;
+        for (std::size_t i = 0; i < LightGroup::kSize; ++i) {
+            sum += importance[i];
+        }
+        const float own = importance[turns & 7];
+        if (!(own > 0)) {
             return 0;
         }
-        node = &nodes_[node->first + (right ? 1 : 0)];
+        p *= own / sum;
+        child = node.children[turns & 7];
     }
-    if (node->count == 1) {
-        return p;
-    }
-    float sum = 0, own = 0;
-    for (std::uint32_t i = 0; i < node->count; ++i) {
-        const float importance = in_order_[node->first + i].Importance(at);
-        sum += importance;
-        own = node->first + i == place.index ? importance : own;
-    }
-    return sum > 0 ? p * (own / sum) : 0;
+    return p;
 }
 
 }  // namespace relume::render

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -8,19 +9,19 @@
 
 namespace relume::render {
 
-// Chooses among lights by what each of them may give to a receiver: down a binary tree of groups,
-// at each node to either side in proportion to the bounds of both (Conty Estevez and Kulla 2018),
-// and in a leaf among a few lights by their own. Immutable, thread-safe; no allocation after it is
-// built, and no libm, so that a choice has the same bits everywhere.
+// Chooses among lights by what each of them may give to a receiver: down a tree of groups of eight,
+// at each node to one of them in proportion to their bounds (Conty Estevez and Kulla 2018, but
+// wider: docs/adr, light tree). Up to eight lights are one node. Immutable, thread-safe; no
+// allocation after it is built, and no libm, so that a choice has the same bits everywhere.
 class LightTree {
   public:
     LightTree() = default;
     // Lights of strength 0 are never chosen.
     explicit LightTree(std::span<const LightExtent> lights);
 
-    bool empty() const { return order_.empty(); }
+    bool empty() const { return size_ == 0; }
     // Lights that can be chosen.
-    std::size_t size() const { return order_.size(); }
+    std::size_t size() const { return size_; }
 
     // The light chosen by u in [0, 1), with its probability; false: none gives anything.
     bool Sample(const LightReceiver& at, double u, std::uint32_t* light, float* probability) const;
@@ -28,30 +29,21 @@ class LightTree {
     float Probability(const LightReceiver& at, std::uint32_t light) const;
 
   private:
-    static constexpr std::size_t kLeaf = 4;  // lights at most; measured (docs/adr, light tree)
-
-    struct alignas(64) Node {
-        LightBounds bounds;
-        std::uint32_t first = 0;  // inner: the left child, the right one follows; leaf: in order_
-        std::uint32_t count = 0;  // lights of a leaf; 0: inner
+    struct Node {
+        LightGroup group;
+        // Of each in the group: a light plus kLight, or a node.
+        std::array<std::uint32_t, LightGroup::kSize> children{};
     };
-    static_assert(sizeof(Node) == 64);
-    // Where a light is: its place in order_, and the turns on the way down to it (bit 0 first).
-    struct Place {
-        std::uint64_t turns = 0;
-        std::uint32_t index = kNowhere;
-    };
-    static constexpr std::uint32_t kNowhere = 0xffffffff;
+    static constexpr std::uint32_t kLight = 0x80000000;
 
-    void Build(std::span<const LightExtent> lights, std::uint32_t node, std::uint32_t begin,
-               std::uint32_t end, int depth, std::uint64_t turns);
-    // Probability of the left child; negative if neither gives anything.
-    float LeftShare(const LightReceiver& at, const Node& parent) const;
+    void Build(std::span<const LightExtent> lights, std::uint32_t node,
+               std::span<std::uint32_t> group, int depth, std::uint64_t turns);
 
+    std::size_t size_ = 0;
     std::vector<Node> nodes_;
-    std::vector<std::uint32_t> order_;   // lights, leaf after leaf
-    std::vector<LightBounds> in_order_;  // theirs
-    std::vector<Place> places_;          // by light
+    // By light: the children on the way down to it, three bits each, and a 1 above them; 0: it is
+    // not in the tree.
+    std::vector<std::uint64_t> turns_;
 };
 
 }  // namespace relume::render

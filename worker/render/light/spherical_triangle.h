@@ -13,6 +13,7 @@ namespace relume::render {
 // neither angles nor their inverses).
 class SphericalTriangle {
   public:
+    SphericalTriangle() = default;  // nothing
     // Unit vectors to the corners.
     SphericalTriangle(Vec3f a, Vec3f b, Vec3f c) : a_(a), b_(b), c_(c) {
         // Van Oosterom and Strackee 1983: the tangent of half the solid angle.
@@ -55,7 +56,29 @@ class SphericalTriangle {
 
   private:
     Vec3f a_, b_, c_;
-    float determinant_, half_;
+    float determinant_ = 0, half_ = 0;
+};
+
+// A triangle, or two that share an edge, as they are seen from a point.
+class SphericalQuad {
+  public:
+    // Unit vectors to the corners of a triangle, or of a b c and d c b.
+    SphericalQuad(Vec3f a, Vec3f b, Vec3f c) : first_(a, b, c) {}
+    SphericalQuad(Vec3f a, Vec3f b, Vec3f c, Vec3f d) : first_(a, b, c), second_(d, c, b) {}
+
+    float solid_angle() const { return first_.solid_angle() + second_.solid_angle(); }
+
+    // Uniform over both.
+    Vec3f Sample(Vec2f u) const {
+        const float at = u.x * solid_angle(), left = at - first_.solid_angle();
+        if (left < 0 || second_.solid_angle() == 0) {
+            return first_.Sample({std::min(at / first_.solid_angle(), 1.0f), u.y});
+        }
+        return second_.Sample({std::min(left / second_.solid_angle(), 1.0f), u.y});
+    }
+
+  private:
+    SphericalTriangle first_, second_;
 };
 
 }  // namespace relume::render
