@@ -20,16 +20,16 @@ struct Lit : test::Lit {
     // Samples and density as the integrator uses them: Sample here, and the density of what a ray
     // hits there.
     double ChiSquare(Vec3f p, int samples) const {
-        return test::TestSphereSampler({[&](Vec2f u, float choice, Vec3f* d) {
-                                            const auto s = lights.Sample(
-                                                p, static_cast<std::uint32_t>(choice * 0x1p32), u);
-                                            if (s) {
-                                                *d = s->wi;
-                                            }
-                                            return s.has_value();
-                                        },
-                                        [&](Vec3f d) { return Density(p, d); }},
-                                       samples);
+        return test::TestSphereSampler(
+            {[&](Vec2f u, float choice, Vec3f* d) {
+                 const auto s = lights.Sample({p}, static_cast<std::uint32_t>(choice * 0x1p32), u);
+                 if (s) {
+                     *d = s->wi;
+                 }
+                 return s.has_value();
+             },
+             [&](Vec3f d) { return Density(p, d); }},
+            samples);
     }
 
     double Density(Vec3f p, Vec3f d) const {
@@ -46,7 +46,8 @@ struct Lit : test::Lit {
             const Object& object = accel.objects()[hit.object];
             travelled += hit.t;
             if (object.first_light >= 0 && Dot(hit.normal, ray.direction) < 0) {
-                sum += lights.AreaPdf(object, hit.triangle, travelled, ray.direction, hit.normal);
+                sum +=
+                    lights.AreaPdf({p}, object, hit.triangle, travelled, ray.direction, hit.normal);
             }
             ray.origin = ray.origin + ray.direction * (hit.t + 1e-4f);
             travelled += 1e-4f;

@@ -11,6 +11,8 @@
 namespace relume::render {
 namespace {
 
+const LightReceiver kOrigin{{0, 0, 0}, {0, 0, 1}};
+
 // Light reflected at the origin (normal +z) towards `wo`, estimated in three ways that must agree.
 struct Estimates {
     Moments by_light, by_bsdf, by_both;
@@ -28,7 +30,7 @@ Estimates Estimate(const test::Lit& lit, const CompiledMaterial& material, Vec3f
     for (int i = 0; i < samples; ++i) {
         // A direction towards a light.
         double light = 0, light_weight = 0;
-        const auto s = lit.lights.Sample({}, static_cast<std::uint32_t>(random()), pair());
+        const auto s = lit.lights.Sample(kOrigin, static_cast<std::uint32_t>(random()), pair());
         if (s) {
             Ray ray;
             ray.direction = s->wi;
@@ -50,7 +52,8 @@ Estimates Estimate(const test::Lit& lit, const CompiledMaterial& material, Vec3f
                 const Object& object = lit.accel.objects()[hit.object];
                 if (object.first_light >= 0 && Dot(hit.normal, b->wi) < 0) {
                     found = b->weight.y * lit.materials[object.material].emissive.y;
-                    pdf = lit.lights.AreaPdf(object, hit.triangle, hit.t, b->wi, hit.normal);
+                    pdf =
+                        lit.lights.AreaPdf(kOrigin, object, hit.triangle, hit.t, b->wi, hit.normal);
                 }
             } else {
                 found = b->weight.y * lit.lights.Environment(b->wi, &pdf).y;

@@ -87,6 +87,11 @@ struct CompiledMaterial {
     TextureId amount_texture = -1;
 
     bool IsEmissive() const { return emissive.x > 0 || emissive.y > 0 || emissive.z > 0; }
+    // Light can come from behind the surface.
+    bool Transmits() const {
+        return has_glass || model == Model::kDielectric || model == Model::kThinDielectric ||
+               model == Model::kDiffuseTransmission;
+    }
     bool NeedsUv() const { return needs_uv; }
     // Sampling draws a number of its own for the lobe.
     bool Chooses() const {

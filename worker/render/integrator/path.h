@@ -4,6 +4,7 @@
 
 #include "core/film/aov.h"
 #include "worker/render/accel/accel.h"
+#include "worker/render/light/light_bounds.h"
 #include "worker/render/sampler/sampler.h"
 
 namespace relume::render {
@@ -46,6 +47,7 @@ struct Path {
     Vec3f origin, direction;
     Rgb throughput{1, 1, 1};
     float pdf = 0;        // density of `direction`; 0: perfectly specular, or from the camera
+    LightReceiver from;   // where `direction` was drawn: lights might have been sampled there
     float eta_scale = 1;  // undoes the radiance scaling of refractions in `throughput`
     // Radiance so far: emission seen through specular bounces alone, and all other.
     Rgb direct, indirect;

@@ -200,6 +200,7 @@ bool PathTracer::Shade(Path* path, int depth, const Randoms& randoms, std::size_
     if (depth == max_depth_) {
         return false;
     }
+    path->from = {surface.point, bsdf.normal(), part.Transmits()};
     if (bsdf.HasSmoothLobe() && !lights_.black()) {
         SampleLight(surface, bsdf, depth, randoms, row, path);
     }
@@ -217,8 +218,9 @@ void PathTracer::AddEmission(const Surface& surface, const CompiledMaterial& mat
     float weight = 1;
     const Object& object = accel_.objects()[path->hit.object];
     if (path->pdf > 0 && object.first_light >= 0) {
-        weight = PowerHeuristic(path->pdf, lights_.AreaPdf(object, path->hit.triangle, path->hit.t,
-                                                           path->direction, path->hit.normal));
+        weight = PowerHeuristic(path->pdf,
+                                lights_.AreaPdf(path->from, object, path->hit.triangle, path->hit.t,
+                                                path->direction, path->hit.normal));
     }
     (path->specular_only ? path->direct : path->indirect) +=
         path->throughput * Emission(material, textures_, surface.uv) * weight;
@@ -237,7 +239,7 @@ void PathTracer::SampleLight(const Surface& surface, const Bsdf& bsdf, int depth
                              const Randoms& randoms, std::size_t row, Path* path) const {
     const std::uint32_t choice = lights_.single() ? 0 : randoms.light_choice[row];
     const auto light =
-        lights_.Sample(surface.point, choice, {randoms.light_x[row], randoms.light_y[row]});
+        lights_.Sample(path->from, choice, {randoms.light_x[row], randoms.light_y[row]});
     if (!light) {
         return;
     }

@@ -1,6 +1,7 @@
 #include "worker/render/light/light_set.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -17,7 +18,8 @@ constexpr std::uint32_t kEmissionPoints = 64;
 float MeanEmission(const CompiledMaterial& material, const TextureSet& textures,
                    const TriangleData* data) {
     const bool uniform = material.emissive_texture < 0 &&
-                         !(material.SeesThrough() && material.base_color_texture >= 0);
+                         !(material.SeesThrough() &&
+                           (material.base_color_texture >= 0 || material.alpha_texture >= 0));
     if (uniform || data == nullptr) {
         return Average(Emission(material, textures, {})) *
                (material.SeesThrough() ? Opacity(material, textures, {}) : 1);
@@ -33,110 +35,246 @@ float MeanEmission(const CompiledMaterial& material, const TextureSet& textures,
     return sum / kEmissionPoints;
 }
 
+Vec3f Abs(Vec3f v) { return {std::abs(v.x), std::abs(v.y), std::abs(v.z)}; }
+
+// If the triangles p and q share an edge and make a parallelogram, turns p so that its first corner
+// is the one opposite of q.
+bool MakeParallelogram(std::array<Vec3f, 3>* p, const std::array<Vec3f, 3>& q) {
+    constexpr float kTolerance = 1e-6f;  // of coordinates
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Vec3f a = (*p)[i], b = (*p)[(i + 1) % 3], c = (*p)[(i + 2) % 3];
+        for (std::size_t k = 0; k < 3; ++k) {
+            if (q[k] == c && q[(k + 1) % 3] == b) {  // the shared edge runs the other way
+                const Vec3f d = q[(k + 2) % 3];
+                const float scale = std::max(MaxComponent(Abs(a)), MaxComponent(Abs(d)));
+                if (!(MaxComponent(Abs(a + d - b - c)) <= kTolerance * scale)) {
+                    return false;
+                }
+                *p = {a, b, c};
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
 }  // namespace
 
 LightSet::LightSet(const Scene& scene, const std::vector<CompiledMaterial>& materials,
                    const TextureSet& textures, Accel* accel)
     : materials_(materials), textures_(textures), accel_(*accel) {
-    std::vector<double> powers;
-    AddAreaLights(scene, accel, &powers);
-    emissive_surfaces_ = !areas_.empty();
     const float radius = scene.Bounds().empty() ? 1.0f : scene.Bounds().radius();
-    for (const Light& light : scene.lights) {
-        const PunctualLight compiled = CompileLight(light);
-        const double power = compiled.Power(radius);
-        if (power > 0) {
-            punctual_.push_back(compiled);
-            powers.push_back(power);
+    std::vector<LightExtent> extents;
+    Powers powers;
+    for (std::size_t o = 0; o < scene.instances.size(); ++o) {
+        const Instance& instance = scene.instances[o];
+        const Mesh& mesh = scene.meshes[static_cast<std::size_t>(instance.mesh)];
+        Object& object = accel->objects()[o];
+        if (materials[object.material].IsEmissive()) {
+            object.first_light = static_cast<std::int32_t>(area_of_.size());
+            AddAreaLights(mesh, instance.to_world, static_cast<std::uint32_t>(o), object, &extents,
+                          &powers);
+        }
+    }
+    emissive_surfaces_ = !areas_.empty();
+    AddPunctualLights(scene, radius, &extents, &powers);
+    tree_ = LightTree(extents);
+    if (tree_.empty()) {  // surfaces that never shine
+        areas_.clear();
+        area_of_.clear();
+        for (Object& object : accel->objects()) {
+            object.first_light = -1;
         }
     }
     if (scene.environment != nullptr) {
         environment_ = EnvironmentLight(scene, *scene.environment);
     }
+    ShareOut(powers, radius);
+}
+
+void LightSet::AddAreaLights(const Mesh& mesh, const Transform& to_world, std::uint32_t o,
+                             const Object& object, std::vector<LightExtent>* extents,
+                             Powers* powers) {
+    const CompiledMaterial& material = materials_[object.material];
+    const bool uniform = material.emissive_texture < 0 && !material.SeesThrough();
+    const auto corners = [&](std::size_t i) {
+        const Vec3u v = mesh.triangles[i];
+        return std::array<Vec3f, 3>{to_world.Point(mesh.positions[v.x]),
+                                    to_world.Point(mesh.positions[v.y]),
+                                    to_world.Point(mesh.positions[v.z])};
+    };
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+        const auto number = static_cast<std::uint32_t>(areas_.size());
+        area_of_.push_back(number);
+        std::array<Vec3f, 3> p = corners(i);
+        AreaLight light;
+        light.object = o;
+        light.triangle = static_cast<std::uint32_t>(i);
+        if (uniform && i + 1 < mesh.triangles.size() && MakeParallelogram(&p, corners(i + 1))) {
+            light.parallelogram = 1;
+            area_of_.push_back(number);
+            ++i;
+        }
+        light.p0 = p[0];
+        light.e1 = p[1] - p[0];
+        light.e2 = p[2] - p[0];
+        light.size = std::max({MaxComponent(Abs(light.e1)), MaxComponent(Abs(light.e2)),
+                               MaxComponent(Abs(light.e2 - light.e1))});
+        LightExtent extent;
+        const Vec3f normal = Cross(light.e1, light.e2) * (object.mirrored ? -1.0f : 1.0f);
+        const float length = Length(normal);
+        const float area = light.parallelogram != 0 ? length : 0.5f * length;
+        if (length > 0 && std::isfinite(1 / area)) {
+            light.normal = normal / length;
+            light.inverse_area = 1 / area;
+            const TriangleData* data =
+                object.triangles == nullptr ? nullptr : object.triangles + light.triangle;
+            const float strength = area * MeanEmission(material, textures_, data);
+            extent.strength = std::isfinite(strength) ? strength : 0;
+            extent.axis = light.normal;
+            extent.reach = kPi / 2;
+            extent.both_sides = material.double_sided;
+            extent.box.Add(light.p0);
+            extent.box.Add(light.p0 + light.e1);
+            extent.box.Add(light.p0 + light.e2);
+            if (light.parallelogram != 0) {
+                extent.box.Add(light.p0 + light.e1 + light.e2);
+            }
+            powers->placed +=
+                static_cast<double>(extent.strength) * kPi * (material.double_sided ? 2 : 1);
+        }
+        areas_.push_back(light);
+        extents->push_back(extent);
+    }
+}
+
+void LightSet::AddPunctualLights(const Scene& scene, float radius,
+                                 std::vector<LightExtent>* extents, Powers* powers) {
+    for (const Light& light : scene.lights) {
+        const PunctualLight compiled = CompileLight(light);
+        const double power = compiled.Power(radius);
+        if (!(power > 0)) {
+            continue;
+        }
+        if (compiled.kind == PunctualLight::Kind::kDirectional) {
+            directional_.push_back({compiled});
+            powers->directional.push_back(power);
+        } else {
+            punctual_.push_back(compiled);
+            extents->push_back(compiled.Extent());
+            powers->placed += power;
+        }
+    }
+}
+
+void LightSet::ShareOut(const Powers& powers, float radius) {
+    const double others = std::accumulate(powers.directional.begin(), powers.directional.end(),
+                                          tree_.empty() ? 0.0 : powers.placed);
+    double left = 1;
     if (!environment_.black()) {
-        const double others = std::accumulate(powers.begin(), powers.end(), 0.0);
         const double power = environment_.mean() * 4 * kPi * kPi * radius * radius;
         const double share =
             others > 0 ? std::clamp(power / (power + others), kLeastEnvironment, kMostEnvironment)
                        : 1;
-        for (double& p : powers) {
-            p *= others > 0 ? (1 - share) / others : 0;
-        }
-        powers.push_back(share);
-        if (others == 0) {  // what never shines is not in the table
-            areas_.clear();
-            for (Object& object : accel->objects()) {
-                object.first_light = -1;
-            }
-            powers.assign(1, 1);
-        }
+        environment_probability_ = static_cast<float>(share);
+        left -= share;
     }
-    table_ = AliasTable(powers);
-    for (std::size_t i = 0; i < areas_.size(); ++i) {
-        areas_[i].pdf *= black() ? 0 : table_.Probability(i);  // was 1 / area
-    }
-    if (black()) {
+    if (!(others > 0)) {
         return;
     }
-    if (!environment_.black()) {
-        environment_probability_ = table_.Probability(table_.size() - 1);
+    placed_probability_ = tree_.empty() ? 0 : static_cast<float>(left * (powers.placed / others));
+    for (std::size_t i = 0; i < directional_.size(); ++i) {
+        directional_[i].probability = static_cast<float>(left * (powers.directional[i] / others));
     }
 }
 
-void LightSet::AddAreaLights(const Scene& scene, Accel* accel, std::vector<double>* powers) {
-    for (std::size_t o = 0; o < scene.instances.size(); ++o) {
-        const Instance& instance = scene.instances[o];
-        const Mesh& mesh = scene.meshes[static_cast<std::size_t>(instance.mesh)];
-        const CompiledMaterial& material = materials_[static_cast<std::size_t>(mesh.material)];
-        if (!material.IsEmissive()) {
-            continue;
+std::optional<LightSample> LightSet::Sample(const LightReceiver& at, std::uint32_t choice,
+                                            Vec2f u) const {
+    double left = choice * 0x1p-32;
+    if (placed_probability_ > 0) {
+        const bool last = directional_.empty() && !has_environment();
+        if (last || left < placed_probability_) {
+            return SamplePlaced(at, last ? left : left / placed_probability_, u);
         }
-        Object& object = accel->objects()[o];
-        object.first_light = static_cast<std::int32_t>(areas_.size());
-        for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-            const Vec3u v = mesh.triangles[i];
-            AreaLight light;
-            light.p0 = instance.to_world.Point(mesh.positions[v.x]);
-            light.e1 = instance.to_world.Point(mesh.positions[v.y]) - light.p0;
-            light.e2 = instance.to_world.Point(mesh.positions[v.z]) - light.p0;
-            light.size = LargestEdge(mesh, v) * object.scale;
-            light.object = static_cast<std::uint32_t>(o);
-            light.triangle = static_cast<std::uint32_t>(i);
-            const Vec3f normal = Cross(light.e1, light.e2) * (object.mirrored ? -1.0f : 1.0f);
-            const float length = Length(normal);
-            double power = 0;
-            if (length > 0) {
-                light.normal = normal / length;
-                light.pdf = 2 / length;
-                const TriangleData* data =
-                    object.triangles == nullptr ? nullptr : object.triangles + i;
-                power = 0.5 * length * kPi * MeanEmission(material, textures_, data) *
-                        (material.double_sided ? 2 : 1);
-            }
-            areas_.push_back(light);
-            powers->push_back(std::isfinite(power) ? power : 0);
-        }
+        left -= placed_probability_;
     }
+    LightSample sample;
+    for (std::size_t i = 0; i < directional_.size(); ++i) {
+        const Directional& directional = directional_[i];
+        if (left < directional.probability ||
+            (i + 1 == directional_.size() && !has_environment())) {
+            sample.pdf = directional.probability;
+            directional.light.Illuminate(at.point, &sample);
+            return sample;
+        }
+        left -= directional.probability;
+    }
+    if (!has_environment() || !environment_.Sample(u, &sample)) {
+        return std::nullopt;
+    }
+    sample.pdf *= environment_probability_;
+    return sample;
+}
+
+std::optional<LightSample> LightSet::SamplePlaced(const LightReceiver& at, double u,
+                                                  Vec2f uv) const {
+    std::uint32_t light = 0;
+    float probability = 0;
+    if (!tree_.Sample(at, u, &light, &probability)) {
+        return std::nullopt;
+    }
+    probability *= placed_probability_;
+    if (light < areas_.size()) {
+        auto sample = SampleArea(areas_[light], at.point, uv);
+        if (sample) {
+            sample->pdf *= probability;
+        }
+        return sample;
+    }
+    LightSample sample;
+    sample.pdf = probability;
+    if (!punctual_[light - areas_.size()].Illuminate(at.point, &sample)) {
+        return std::nullopt;
+    }
+    return sample;
 }
 
 std::optional<LightSample> LightSet::SampleArea(const AreaLight& light, Vec3f p, Vec2f u) const {
-    const Barycentric b = SampleTriangle(u);
-    const Vec3f to_light = light.p0 + light.e1 * b.b1 + light.e2 * b.b2 - p;
-    const float distance2 = Length2(to_light);
-    if (!(distance2 > 0)) {
+    const Object& object = accel_.objects()[light.object];
+    const CompiledMaterial& material = materials_[object.material];
+    const float height = Dot(light.normal, p - light.p0);  // of p over the light's front
+    if (height == 0 || (height < 0 && !material.double_sided)) {
         return std::nullopt;
     }
     LightSample sample;
-    sample.distance = std::sqrt(distance2);
-    sample.wi = to_light * (1 / sample.distance);
-    float cosine = -Dot(light.normal, sample.wi);
-    const Object& object = accel_.objects()[light.object];
-    const CompiledMaterial& material = materials_[object.material];
-    if (material.double_sided) {
-        cosine = std::abs(cosine);
-    }
-    if (cosine <= 0) {
-        return std::nullopt;
+    Barycentric b{};
+    float cosine = 0;
+    if (const auto seen = light.SeenFrom(p)) {
+        sample.wi = seen->Sample(u);
+        cosine = std::abs(Dot(light.normal, sample.wi));
+        if (!(cosine > 0)) {
+            return std::nullopt;
+        }
+        sample.distance = std::abs(height) / cosine;
+        sample.pdf = 1 / seen->solid_angle();
+        if (object.triangles != nullptr) {
+            const Vec3f at = p + sample.wi * sample.distance - light.p0;
+            const Vec3f normal = Cross(light.e1, light.e2);
+            const float scale = 1 / Length2(normal);
+            b = {Dot(Cross(at, light.e2), normal) * scale,
+                 Dot(Cross(light.e1, at), normal) * scale};
+        }
+    } else {
+        b = light.parallelogram != 0 ? Barycentric{u.x, u.y} : SampleTriangle(u);
+        const Vec3f to_light = light.p0 + light.e1 * b.b1 + light.e2 * b.b2 - p;
+        const float distance2 = Length2(to_light);
+        sample.distance = std::sqrt(distance2);
+        sample.wi = to_light * (1 / sample.distance);
+        cosine = std::abs(Dot(light.normal, sample.wi));
+        if (!(cosine > 0)) {
+            return std::nullopt;
+        }
+        sample.pdf = light.inverse_area * distance2 / cosine;
     }
     Vec2f uv;
     if (object.triangles != nullptr) {
@@ -146,38 +284,24 @@ std::optional<LightSample> LightSet::SampleArea(const AreaLight& light, Vec3f p,
     if (material.SeesThrough()) {  // a ray that comes by chance is stopped as often
         sample.radiance *= Opacity(material, textures_, uv);
     }
-    sample.pdf = light.pdf * distance2 / cosine;
-    const Vec3f q = p + to_light;
+    const Vec3f q = p + sample.wi * sample.distance;
     const float coordinate = std::max({std::abs(q.x), std::abs(q.y), std::abs(q.z), light.size});
     sample.clearance = std::min(coordinate * 0x1p-19f / cosine, 0.5f * sample.distance);
     return sample;
 }
 
-std::optional<LightSample> LightSet::Sample(Vec3f p, std::uint32_t choice, Vec2f u) const {
-    const std::size_t i = single() ? 0 : table_.Sample(choice);
-    if (i < areas_.size()) {
-        return SampleArea(areas_[i], p, u);
+float LightSet::AreaPdf(const LightReceiver& from, const Object& object, std::uint32_t triangle,
+                        float distance, Vec3f direction, Vec3f normal) const {
+    const std::uint32_t i = area_of_[static_cast<std::uint32_t>(object.first_light) + triangle];
+    const float probability = placed_probability_ * tree_.Probability(from, i);
+    if (!(probability > 0)) {
+        return 0;
     }
-    LightSample sample;
-    if (i - areas_.size() < punctual_.size()) {
-        sample.pdf = table_.Probability(i);
-        if (!punctual_[i - areas_.size()].Illuminate(p, &sample)) {
-            return std::nullopt;
-        }
-        return sample;
+    if (const auto seen = areas_[i].SeenFrom(from.point)) {
+        return probability / seen->solid_angle();
     }
-    if (!environment_.Sample(u, &sample)) {
-        return std::nullopt;
-    }
-    sample.pdf *= environment_probability_;
-    return sample;
-}
-
-float LightSet::AreaPdf(const Object& object, std::uint32_t triangle, float distance,
-                        Vec3f direction, Vec3f normal) const {
-    const AreaLight& light = areas_[static_cast<std::size_t>(object.first_light) + triangle];
     const float cosine = std::abs(Dot(normal, direction));
-    return cosine > 0 ? light.pdf * distance * distance / cosine : 0;
+    return cosine > 0 ? probability * areas_[i].inverse_area * distance * distance / cosine : 0;
 }
 
 Rgb LightSet::Environment(Vec3f direction, float* pdf) const {

@@ -41,6 +41,20 @@ bool PunctualLight::Illuminate(Vec3f p, LightSample* sample) const {
     return arriving > 0;
 }
 
+LightExtent PunctualLight::Extent() const {
+    LightExtent extent;
+    extent.box.Add(position);
+    extent.strength = Average(strength);
+    extent.axis = direction;
+    extent.spread = kPi;
+    extent.reach = kPi / 2;
+    if (kind == Kind::kSpot) {
+        extent.spread = std::max(cone_inner, cone_outer - kPi / 2);
+        extent.reach = cone_outer - extent.spread;
+    }
+    return extent;
+}
+
 double PunctualLight::Power(float scene_radius) const {
     switch (kind) {
         case Kind::kPoint:

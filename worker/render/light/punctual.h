@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "core/scene/scene.h"
+#include "worker/render/light/light_bounds.h"
 #include "worker/render/light/light_sample.h"
 
 namespace relume::render {
@@ -14,17 +15,19 @@ struct PunctualLight {
 
     Kind kind = Kind::kPoint;
     Vec3f position;
-    Vec3f direction;  // that it shines along, unit length
-    Rgb strength;     // W/sr; directional: W/m^2
-    // Spot: falloff of clamp(scale cos + offset, 0, 1); nothing below cone_cosine.
-    float cone_scale = 0, cone_offset = 1, cone_cosine = -1;
+    Vec3f direction;                        // that it shines along, unit length
+    Rgb strength;                           // W/sr; directional: W/m^2
+    float cone_scale = 0, cone_offset = 1;  // spot: falloff of clamp(scale cos + offset, 0, 1)
     Falloff falloff = Falloff::kSquare;
-    float cone_solid_angle = 0;  // spot: integral of the falloff, sr
+    float cone_inner = 0, cone_outer = 0;  // spot: half angles, radians
+    float cone_solid_angle = 0;            // spot: integral of the falloff, sr
 
     // All but the pdf; false if no light goes to p.
     bool Illuminate(Vec3f p, LightSample* sample) const;
     // Spot: share of the intensity at this cosine from the axis.
     float Cone(float cosine) const;
+    // Where it stands and shines; not of directional lights.
+    LightExtent Extent() const;
     // Watts over the scene, for choosing.
     double Power(float scene_radius) const;
 };

@@ -35,7 +35,8 @@ PunctualLight MakeSpot(const ParamSet& params) {
     const float start = std::cos(inner), end = std::cos(outer);
     light.cone_scale = 1 / std::max(kLeastRamp, start - end);
     light.cone_offset = -end * light.cone_scale;
-    light.cone_cosine = end;
+    light.cone_inner = inner;
+    light.cone_outer = outer;
     // The integral of the falloff over t from 0 to 1 is the share of the ramp that is lit.
     const float share = light.falloff == PunctualLight::Falloff::kSquare       ? 1.0f / 3
                         : light.falloff == PunctualLight::Falloff::kSmoothstep ? 1.0f / 2

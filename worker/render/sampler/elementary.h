@@ -7,7 +7,7 @@
 
 namespace relume::render {
 
-// Powers and logarithms with the same bits everywhere: libm picks its code by CPU.
+// Powers, logarithms and angles with the same bits everywhere: libm picks its code by CPU.
 
 // 2^x, relative error below 3e-7; 0 below 2^-126, at most 2^127.
 inline float Exp2(float x) {
@@ -41,6 +41,26 @@ inline float Exp(float x) { return Exp2(x * 1.44269504f); }
 // x^y for x >= 0.
 inline float Pow(float x, float y) {
     return x < 1.17549435e-38f ? (y > 0 ? 0.0f : 1.0f) : Exp2(y * Log2(x));
+}
+
+// Angle of (x, y) from the x axis, in [-pi, pi]; relative error below 3e-7. 0 at the origin.
+inline float Atan2(float y, float x) {
+    const float ax = std::abs(x), ay = std::abs(y);
+    const float large = std::max(ax, ay), small = std::min(ax, ay);
+    if (!(large > 0)) {
+        return 0;
+    }
+    // The arctangent of small / large; above tan(pi / 8), pi / 4 less.
+    const bool shifted = small > 0.41421356f * large;
+    const float t = shifted ? (small - large) / (small + large) : small / large;
+    // Interpolates (atan(t) / t - 1) / t^2 in Chebyshev's nodes.
+    const float z = t * t;
+    const float series = -0.33333287f + z * (0.19991238f + z * (-0.14024143f + z * 0.08520492f));
+    float angle = t + t * z * series;
+    angle = shifted ? angle + 0.78539816f : angle;
+    angle = ay > ax ? 1.57079633f - angle : angle;
+    angle = x < 0 ? 3.14159265f - angle : angle;
+    return y < 0 ? -angle : angle;
 }
 
 }  // namespace relume::render
