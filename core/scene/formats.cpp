@@ -12,7 +12,8 @@
 // with Load<Name>(files, main_name, options) and List<Name>Files(files, main_name).
 #define RELUME_SCENE_FORMATS(FORMAT) \
     FORMAT(Gltf, ".gltf .glb")       \
-    FORMAT(Pbrt, ".pbrt")
+    FORMAT(Pbrt, ".pbrt")            \
+    FORMAT(Obj, ".obj")
 
 namespace relume {
 

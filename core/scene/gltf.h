@@ -108,6 +108,7 @@ struct Look {
         SourceLocation wanted_by;
     };
     std::vector<Material> materials;  // at least one
+    std::vector<int> uv_sets;         // as materials: n of the TEXCOORD_n that its textures use
     std::map<int, int> material_of;   // from the file's index; -1 = the default material
     std::vector<Texture> textures;    // Texture::image is an index of `pictures`
     std::vector<Picture> pictures;    // each distinct file or buffer view once

@@ -15,10 +15,10 @@ using nlohmann::json;
 constexpr int kMaxDepth = 64;  // of JSON; what is deeper is an attack on the stack
 
 const std::set<std::string> kKnownExtensions = {
-    "KHR_lights_punctual",   "KHR_materials_emissive_strength",
-    "KHR_materials_ior",     "KHR_materials_transmission",
-    "KHR_materials_volume",  "KHR_mesh_quantization",
-    "KHR_texture_transform",
+    "KHR_lights_punctual",        "KHR_materials_clearcoat", "KHR_materials_emissive_strength",
+    "KHR_materials_ior",          "KHR_materials_sheen",     "KHR_materials_specular",
+    "KHR_materials_transmission", "KHR_materials_unlit",     "KHR_materials_volume",
+    "KHR_mesh_quantization",      "KHR_texture_transform",
 };
 
 std::uint32_t Little32(const std::string& bytes, std::size_t at) {

@@ -58,7 +58,8 @@ class PrimitiveReader {
         mesh_.source = std::move(source);
     }
 
-    Mesh Read(const Material& material) {
+    // `uv_set`: n of the TEXCOORD_n to read.
+    Mesh Read(const Material& material, int uv_set) {
         const auto position = Find("POSITION");
         if (!position) {
             Fail(mesh_.source, "has no POSITION attribute; remove the mesh or export it again");
@@ -66,7 +67,7 @@ class PrimitiveReader {
         mesh_.positions = Triples(data_.Floats(*position, 3, At("POSITION")));
         ReadTriangles();
         ReadNormals();
-        ReadUvs(material);
+        ReadUvs(material, uv_set);
         ReadTangents(material);
         NoteIgnored();
         return std::move(mesh_);
@@ -154,17 +155,18 @@ class PrimitiveReader {
         }
     }
 
-    void ReadUvs(const Material& material) {
+    void ReadUvs(const Material& material, int uv_set) {
         if (!HasAnyTexture(material)) {
             return;
         }
-        const auto uv = Find("TEXCOORD_0");
+        const std::string name = fmt::format("TEXCOORD_{}", uv_set);
+        const auto uv = Find(name.c_str());
         if (!uv) {
-            notes_->Add(mesh_.source +
-                        ": has no TEXCOORD_0: its textures show their corner pixel alone");
+            notes_->Add(fmt::format("{}: has no {}: its textures show their corner pixel alone",
+                                    mesh_.source, name));
             return;
         }
-        const std::vector<float> numbers = data_.Floats(*uv, 2, At("TEXCOORD_0"));
+        const std::vector<float> numbers = data_.Floats(*uv, 2, At(name.c_str()));
         mesh_.uvs.resize(numbers.size() / 2);
         for (std::size_t i = 0; i < mesh_.uvs.size(); ++i) {
             mesh_.uvs[i] = {numbers[2 * i], numbers[2 * i + 1]};
@@ -174,7 +176,9 @@ class PrimitiveReader {
     // Tangents without normals must be ignored (section 3.7.2.1).
     void ReadTangents(const Material& material) {
         const auto tangent = Find("TANGENT");
-        if (!tangent || mesh_.normals.empty() || !material.params.Has("normal_texture")) {
+        if (!tangent || mesh_.normals.empty() ||
+            !(material.params.Has("normal_texture") ||
+              material.params.Has("clearcoat_normal_texture"))) {
             return;
         }
         const std::vector<float> numbers = data_.Floats(*tangent, 4, At("TANGENT"));
@@ -187,7 +191,8 @@ class PrimitiveReader {
             const float length = Length(direction);
             if (!(length > 0) || !std::isfinite(length)) {
                 notes_->Add(mesh_.source +
-                            ": has tangents of no direction: all are made from TEXCOORD_0 instead");
+                            ": has tangents of no direction: all are made from texture "
+                            "coordinates instead");
                 mesh_.tangents.clear();
                 mesh_.tangent_signs.clear();
                 return;
@@ -244,8 +249,9 @@ void ReadMeshes(const Document& document, const Data& data, const Placed& placed
                     continue;
                 }
                 const int material = look.material_of.at(std::max(primitive.material, -1));
+                const auto looks = static_cast<std::size_t>(material);
                 Mesh mesh = PrimitiveReader(data, primitive, source, notes)
-                                .Read(look.materials[static_cast<std::size_t>(material)]);
+                                .Read(look.materials[looks], look.uv_sets[looks]);
                 mesh.name = from.name;
                 mesh.material = material;
                 it->second.push_back(static_cast<int>(scene->meshes.size()));

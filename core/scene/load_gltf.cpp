@@ -24,7 +24,7 @@ void NoteIgnored(const Document& document, Notes* notes) {
     }
     for (const std::string& extension : document.model.extensionsUsed) {
         if (!IsKnownExtension(extension)) {
-            notes->Add(fmt::format("the extension {} is not known, and ignored", extension));
+            notes->Add(fmt::format("the extension {} is not supported, and ignored", extension));
         }
     }
 }

@@ -10,8 +10,6 @@
 namespace relume::pbrt {
 namespace {
 
-constexpr std::size_t kMaxNotes = 1000;
-
 bool IsOneOf(std::string_view word, std::string_view list) {
     for (std::size_t begin = 0; begin < list.size();) {
         const std::size_t end = std::min(list.find(' ', begin), list.size());
@@ -108,38 +106,6 @@ void ParseValues(Tokens* tokens, Param* param) {
 const std::vector<float> kNoFloats;
 
 }  // namespace
-
-void Notes::Add(const Place& place, const std::string& message) {
-    for (const auto& note : notes_) {
-        if (note.second == message) {
-            return;
-        }
-    }
-    if (notes_.size() < kMaxNotes) {
-        notes_.emplace_back(
-            place.file == nullptr ? "" : fmt::format("{}:{}: ", *place.file, place.line), message);
-    }
-}
-
-void Notes::Merge(const Notes& other) {
-    for (const auto& note : other.notes_) {
-        bool known = false;
-        for (const auto& mine : notes_) {
-            known = known || mine.second == note.second;
-        }
-        if (!known && notes_.size() < kMaxNotes) {
-            notes_.push_back(note);
-        }
-    }
-}
-
-std::vector<std::string> Notes::Take() const {
-    std::vector<std::string> texts;
-    for (const auto& note : notes_) {
-        texts.push_back(note.first + note.second);
-    }
-    return texts;
-}
 
 double ParseNumber(const Token& token, const char* wanted) {
     const char* begin = token.text.data();

@@ -10,17 +10,6 @@
 
 namespace relume::pbrt {
 
-// What was left out or replaced; each message once, with the place where it came up first.
-class Notes {
-  public:
-    void Add(const Place& place, const std::string& message);
-    void Merge(const Notes& other);
-    std::vector<std::string> Take() const;
-
-  private:
-    std::vector<std::pair<std::string, std::string>> notes_;  // place, message
-};
-
 // One parameter, "type name" [ values ].
 struct Param {
     std::string type, name;

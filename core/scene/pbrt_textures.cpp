@@ -19,13 +19,6 @@ TextureNode Constant(Rgb value) {
     return node;
 }
 
-bool SameTexture(const Texture& a, const Texture& b) {
-    return a.image == b.image && a.srgb == b.srgb && a.nearest == b.nearest &&
-           a.wrap_u == b.wrap_u && a.wrap_v == b.wrap_v &&
-           std::equal(std::begin(a.uv_transform), std::end(a.uv_transform),
-                      std::begin(b.uv_transform));
-}
-
 }  // namespace
 
 Value Textures::Color(const Params& params, const char* name, int before, SpectrumUse use,
@@ -205,9 +198,7 @@ int Textures::Plain(const std::string& path, bool srgb, const Place& place) {
 }
 
 int Textures::Add(const Texture& texture) {
-    const auto same = std::find_if(textures_.begin(), textures_.end(), [&](const Texture& other) {
-        return SameTexture(texture, other);
-    });
+    const auto same = std::find(textures_.begin(), textures_.end(), texture);
     if (same != textures_.end() && texture.image >= 0) {
         return static_cast<int>(same - textures_.begin());
     }

@@ -6,8 +6,6 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/scene/manifest.h"
-#include "core/scene/uri.h"
 
 namespace relume::pbrt {
 namespace {
@@ -18,14 +16,6 @@ bool IsBlank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
 bool EndsWord(char c) { return IsBlank(c) || c == '"' || c == '[' || c == ']' || c == '#'; }
 
 }  // namespace
-
-SourceLocation Place::Text() const {
-    return file == nullptr ? "scene" : fmt::format("{}:{}:{}", *file, line, column);
-}
-
-void Fail(const Place& place, const std::string& problem) {
-    ThrowInvalidArgument(fmt::format("{}: {}", place.Text(), problem));
-}
 
 Tokens::Tokens(const FileSource& files, const std::string& main_name) : files_(files) {
     Push(main_name);
@@ -158,24 +148,6 @@ const Token* Tokens::Peek() {
         peeked_ = Next();
     }
     return peeked_ ? &*peeked_ : nullptr;
-}
-
-std::string PathToName(const std::string& path, const Place& place) {
-    std::string slashed = path;
-    std::replace(slashed.begin(), slashed.end(), '\\', '/');
-    // Slashes that repeat or end a path say nothing here, as to a file system.
-    const auto repeats = [](char a, char b) { return a == '/' && b == '/'; };
-    slashed.erase(std::unique(slashed.begin(), slashed.end(), repeats), slashed.end());
-    if (slashed.size() > 1 && slashed.back() == '/') {
-        slashed.pop_back();
-    }
-    const std::optional<std::string> name = CollapseDots(slashed);
-    if (!name || !IsSafeRelativePath(*name)) {
-        Fail(place, fmt::format("the path '{}' must be relative and stay below the scene's folder; "
-                                "move the file there",
-                                path));
-    }
-    return *name;
 }
 
 }  // namespace relume::pbrt

@@ -8,18 +8,14 @@
 #include <vector>
 
 #include "core/scene/formats.h"
+#include "core/scene/text_place.h"
 
 namespace relume::pbrt {
 
-// A place in a file; the name belongs to the Tokens that read it.
-struct Place {
-    const std::string* file = nullptr;
-    int line = 0, column = 0;
-
-    SourceLocation Text() const;  // "scene.pbrt:12:3"
-};
-
-[[noreturn]] void Fail(const Place& place, const std::string& problem);
+using text::Fail;
+using text::Notes;
+using text::PathToName;
+using text::Place;
 
 struct Token {
     enum class Kind { kWord, kString, kOpen, kClose };
@@ -62,9 +58,5 @@ class Tokens {
     std::optional<Token> peeked_;
     std::size_t total_bytes_ = 0, total_files_ = 0;
 };
-
-// A path of a pbrt file as a name in a FileSource: forward slashes, without "." and "..". Throws
-// for an absolute one, or one that leaves the scene's folder.
-std::string PathToName(const std::string& path, const Place& place);
 
 }  // namespace relume::pbrt

@@ -37,6 +37,8 @@ struct Texture {
     WrapMode wrap_u = WrapMode::kRepeat, wrap_v = WrapMode::kRepeat;
     // uv' = (m[0] u + m[1] v + m[2], m[3] u + m[4] v + m[5]); v runs down the image, as in glTF.
     float uv_transform[6] = {1, 0, 0, 0, 1, 0};
+
+    bool operator==(const Texture&) const = default;
 };
 
 // type "metallic_roughness" (glTF 2.0), parameters (textures are indices into Scene::textures,
@@ -117,8 +119,9 @@ struct Instance {
 // inner_angle, outer_angle (radians, half angles; outer up to pi), falloff "gltf" "smoothstep"
 // "quartic" ["gltf"]: between the angles, with t = (cos - cos outer) / (cos inner - cos outer),
 // t^2, 3 t^2 - 2 t^3 or t^4; "directional": irradiance 3 numbers (W/m^2); "goniometric": intensity,
-// image (index of Scene::images, latitude-longitude as Environment's: scales intensity). They shine along local
-// -z. type "sun_disk" and others may come. Area lights are meshes whose material has `emissive`.
+// image (index of Scene::images, latitude-longitude as Environment's: scales intensity). They shine
+// along local -z. type "sun_disk" and others may come. Area lights are meshes whose material has
+// `emissive`.
 struct Light {
     std::string name;
     std::string type;

@@ -74,10 +74,23 @@ TEST(GltfMaterials, TransmissionIorAndVolume) {
     EXPECT_TRUE(thin.materials[0].params.GetBool("thin", true));
 
     json solid = extensions;
-    solid["KHR_materials_volume"] = {{"thicknessFactor", 0.1}, {"attenuationDistance", 2}};
+    solid["KHR_materials_volume"] = {
+        {"thicknessFactor", 0.1}, {"attenuationDistance", 2}, {"attenuationColor", {1, 0.5, 0}}};
     const Scene glass = Load(TexturedFile({{"extensions", solid}}));
     EXPECT_FALSE(glass.materials[0].params.GetBool("thin", true));
-    EXPECT_THAT(glass.notes, Contains(HasSubstr("attenuation")));
+    // After 2 units half of the green is left.
+    const Floats absorption = glass.materials[0].params.GetFloats("absorption", {});
+    ASSERT_EQ(absorption.size(), 3u);
+    EXPECT_EQ(absorption[0], 0);
+    EXPECT_NEAR(absorption[1], std::log(2.0f) / 2, 1e-6f);
+    EXPECT_GT(absorption[2], 5);
+    EXPECT_TRUE(std::isfinite(absorption[2]));
+    EXPECT_THAT(glass.notes, IsEmpty());
+
+    // Without a distance it is clear.
+    solid["KHR_materials_volume"].erase("attenuationDistance");
+    const Scene clear = Load(TexturedFile({{"extensions", solid}}));
+    EXPECT_FALSE(clear.materials[0].params.Has("absorption"));
 }
 
 TEST(GltfMaterials, TexturesKnowTheirEncodingAndSampler) {
