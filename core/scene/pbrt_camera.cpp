@@ -78,7 +78,6 @@ void ReadCamera(const Document& document, Scene* scene, Notes* notes) {
     ReadHints(document, scene, notes);
     const Declared& from = document.camera;
     if (from.type.empty()) {
-        notes->Add({}, "the file has no camera: one is fitted to the scene");
         return;
     }
     const Params& params = from.params;
