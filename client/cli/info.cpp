@@ -51,6 +51,7 @@ Json SceneJson(const LocalScene& files, const Scene& scene) {
               {"cameras", Json::array()},
               {"environment", nullptr},
               {"bounds", nullptr},
+              {"asks_for", Json::object()},
               {"needs", SceneNeeds(scene)},
               {"notes", scene.notes}};
     for (const auto& material : scene.materials) {
@@ -70,6 +71,16 @@ Json SceneJson(const LocalScene& files, const Scene& scene) {
         const int image = scene.environment->image;
         json["environment"] =
             image < 0 ? "constant" : scene.images[static_cast<std::size_t>(image)].name;
+    }
+    if (scene.hints.width > 0 && scene.hints.height > 0) {
+        json["asks_for"]["width"] = scene.hints.width;
+        json["asks_for"]["height"] = scene.hints.height;
+    }
+    if (scene.hints.max_depth > 0) {
+        json["asks_for"]["max_depth"] = scene.hints.max_depth;
+    }
+    if (scene.hints.spp > 0) {
+        json["asks_for"]["spp"] = scene.hints.spp;
     }
     const Box3f box = scene.Bounds();
     json["bounds"] = {{box.lower.x, box.lower.y, box.lower.z},
@@ -155,6 +166,9 @@ void PrintScene(const Json& json) {
               fmt::format("[{:.4g} {:.4g} {:.4g}] to [{:.4g} {:.4g} {:.4g}]", b[0][0].get<double>(),
                           b[0][1].get<double>(), b[0][2].get<double>(), b[1][0].get<double>(),
                           b[1][1].get<double>(), b[1][2].get<double>()));
+    for (const auto& [what, value] : json["asks_for"].items()) {
+        PrintLine("asks for", fmt::format("{} {}", what, value.get<int>()));
+    }
     for (const auto& need : json["needs"]) {
         PrintLine("needs", need);
     }
@@ -209,7 +223,7 @@ int RunInfo(const InfoOptions& options) {
 
 Runner AddInfo(CLI::App* app) {
     const auto options = std::make_shared<InfoOptions>();
-    app->add_option("FILE", options->file, "scene (.gltf, .glb) or image (.exr)")
+    app->add_option("FILE", options->file, "scene (.gltf, .glb, .pbrt, .obj) or image (.exr)")
         ->required()
         ->type_name("FILE");
     app->add_option("--environment", options->environment,

@@ -13,8 +13,6 @@
 namespace relume::client {
 namespace {
 
-constexpr double kMaxSpp = 1 << 20;
-
 // The whole of `text` as a number.
 template <typename T>
 bool Read(std::string_view text, T* value) {
@@ -78,6 +76,20 @@ TileRect ParseCrop(const std::string& text) {
             fmt::format("--crop {}: is empty; X1 must be above X0, and Y1 above Y0", text));
     }
     return crop;
+}
+
+Vec3f ParseVector(const std::string& option, const std::string& text) {
+    const auto numbers = ReadNumbers(text, ',');
+    if (numbers.size() != 3) {
+        ThrowInvalidArgument(
+            fmt::format("{} {}: must be X,Y,Z, three numbers, e.g. 0,1.5,-4", option, text));
+    }
+    const Vec3f vector{static_cast<float>(numbers[0]), static_cast<float>(numbers[1]),
+                       static_cast<float>(numbers[2])};
+    if (!IsFinite(vector)) {
+        ThrowInvalidArgument(fmt::format("{} {}: the numbers must be finite", option, text));
+    }
+    return vector;
 }
 
 double ParseSpp(const std::string& text) {

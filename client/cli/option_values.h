@@ -3,8 +3,11 @@
 #include <string>
 
 #include "core/film/tile.h"
+#include "core/math/vec.h"
 
 namespace relume::client {
+
+inline constexpr double kMaxSpp = 1 << 20;
 
 // Values of options as they stand on the command line. Each throws kInvalidArgument that names the
 // option, what it got, and its form or range.
@@ -18,6 +21,9 @@ Size ParseSize(const std::string& text);
 // "X0,Y0,X1,Y1": pixels [X0,X1) x [Y0,Y1), y down; not empty. Whether it lies in the image is seen
 // later, when the size is known.
 TileRect ParseCrop(const std::string& text);
+
+// "X,Y,Z", three finite numbers; `option` is named in errors.
+Vec3f ParseVector(const std::string& option, const std::string& text);
 
 // Mean samples a pixel: a number above 0 and at most 2^20.
 double ParseSpp(const std::string& text);

@@ -15,13 +15,14 @@ CLI::Validator Between(int low, int high) {
 }
 
 void AddJobOptions(CLI::App* app, JobOptions* options) {
-    app->add_option("SCENE", options->scene, "scene file (.gltf, .glb)")
+    app->add_option("SCENE", options->scene, "scene file (.gltf, .glb, .pbrt, .obj)")
         ->required()
         ->type_name("FILE");
     app->add_option("--name", options->name, "what people call the job")->type_name("TEXT");
     app->add_option_function<std::string>(
            "--size", [options](const std::string& text) { options->size = ParseSize(text); },
-           "size of the full image [720 lines in the camera's shape, else 1280x720]")
+           "size of the full image [the scene's, else 720 lines in the camera's shape, else "
+           "1280x720]")
         ->type_name("WxH");
     app->add_option_function<std::string>(
            "--crop", [options](const std::string& text) { options->crop = ParseCrop(text); },
@@ -29,7 +30,7 @@ void AddJobOptions(CLI::App* app, JobOptions* options) {
         ->type_name("X0,Y0,X1,Y1");
     app->add_option_function<std::string>(
            "--spp", [options](const std::string& text) { options->spp = ParseSpp(text); },
-           "budget: mean samples a pixel [32]")
+           "budget: mean samples a pixel [the scene's, else 32]")
         ->type_name("N");
     app->add_option("--sampler", options->sampler,
                     "where samples go; see `relume help samplers` [" + options->sampler + "]")
@@ -39,11 +40,24 @@ void AddJobOptions(CLI::App* app, JobOptions* options) {
         ->type_name("NAME[:KEY=VALUE,...]");
     app->add_option("--seed", options->seed, "another seed, other noise [0]")->type_name("N");
     app->add_option("--max-depth", options->max_depth,
-                    "longest path in segments, 1 to 1024; 1: only what shines itself [8]")
+                    "longest path in segments, 1 to 1024; 1: only what shines itself [the scene's, "
+                    "else 8]")
         ->check(Between(1, 1024))
         ->type_name("N");
     app->add_option("--camera", options->camera, "a camera of the scene [the first]")
         ->type_name("NAME|INDEX");
+    const auto add_vector = [app](const char* name, std::optional<Vec3f>* value, const char* help) {
+        app->add_option_function<std::string>(
+               name, [=](const std::string& text) { *value = ParseVector(name, text); }, help)
+            ->type_name("X,Y,Z");
+    };
+    add_vector("--look-from", &options->look_from,
+               "a camera there instead of the scene's; needs --look-at");
+    add_vector("--look-at", &options->look_at, "what it has in the middle of the picture");
+    add_vector("--look-up", &options->look_up, "what is up in the picture [0,1,0]");
+    app->add_option("--fov", options->fov, "its full vertical angle in degrees, 1 to 175 [40]")
+        ->check(CLI::Range(1.0, 175.0).description(""))
+        ->type_name("DEG");
     app->add_option("--lens-radius", options->lens_radius,
                     "of the aperture, scene units; 0: a pinhole [the camera's own]")
         ->check(CLI::NonNegativeNumber.description(""))
@@ -58,6 +72,8 @@ void AddJobOptions(CLI::App* app, JobOptions* options) {
     app->add_option("--environment-scale", options->environment_scale, "times its radiance [1]")
         ->check(CLI::NonNegativeNumber.description(""))
         ->type_name("X");
+    app->add_flag("--strict", options->strict,
+                  "an error if anything of the scene is not supported or was replaced");
     app->add_flag("--allow-black", options->allow_black, "render although nothing shines");
     app->add_option("--tile-size", options->tile_size,
                     "side of the units of work in pixels, 8 to 64; no matter to the image [32]")

@@ -11,6 +11,8 @@
 
 namespace relume::client {
 
+inline constexpr double kDefaultSpp = 32;
+
 // A whole number from `low` to `high`.
 CLI::Validator Between(int low, int high);
 
@@ -21,14 +23,17 @@ CLI::Validator Between(int low, int high);
 struct JobOptions {
     std::string scene;
     std::string name;
-    std::optional<Size> size;  // unset: by the camera's shape
-    TileRect crop;             // empty: the full frame
-    double spp = 32;
+    std::optional<Size> size;                      // unset: by the camera's shape
+    TileRect crop;                                 // empty: the full frame
+    std::optional<double> spp;                     // unset: the scene's, else 32
     std::string sampler = "paper:mode=corrected";  // the defaults that jobs.proto tells
     std::string filter = "bilateral:mode=corrected";
     std::uint32_t seed = 0;
-    int max_depth = 8;
+    std::optional<int> max_depth;  // unset: the scene's, else 8
     std::string camera;
+    std::optional<Vec3f> look_from, look_at, look_up;
+    std::optional<float> fov;  // degrees
+    bool strict = false;
     std::optional<float> lens_radius, focus_distance;
     std::string environment;
     float environment_scale = 1;

@@ -1,31 +1,92 @@
 #include "client/cli/prepare_job.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
 #include "client/cli/exit_codes.h"
+#include "core/base/error.h"
 #include "proto/codec/codec.h"
 
 namespace relume::client {
+namespace {
+
+std::optional<LookCamera> LookOf(const JobOptions& options) {
+    if (!options.look_from && !options.look_at) {
+        if (options.look_up || options.fov) {
+            ThrowInvalidArgument(fmt::format("{} needs --look-from and --look-at",
+                                             options.fov ? "--fov" : "--look-up"));
+        }
+        return std::nullopt;
+    }
+    if (!options.look_from || !options.look_at) {
+        ThrowInvalidArgument(options.look_from ? "--look-from needs --look-at"
+                                               : "--look-at needs --look-from");
+    }
+    if (!options.camera.empty()) {
+        ThrowInvalidArgument("--camera and --look-from exclude each other; leave one out");
+    }
+    LookCamera look;
+    look.from = *options.look_from;
+    look.at = *options.look_at;
+    look.up = options.look_up.value_or(look.up);
+    look.fov = options.fov.value_or(look.fov);
+    return look;
+}
+
+// What the scene file itself asks for, where the user does not; answers with what was taken.
+std::vector<std::string> TakeHints(const RenderHints& hints, const JobOptions& options,
+                                   RenderSettings* settings, double* spp) {
+    std::vector<std::string> taken;
+    if (!options.size && hints.width > 0 && hints.height > 0) {
+        settings->width = hints.width;
+        settings->height = hints.height;
+        taken.push_back(fmt::format("size {}x{}", hints.width, hints.height));
+    }
+    if (!options.max_depth && hints.max_depth > 0) {
+        settings->max_depth = std::min(hints.max_depth, kMaxDepth);
+        taken.push_back(fmt::format("max depth {}", settings->max_depth));
+    }
+    if (!options.spp && hints.spp > 0) {
+        *spp = std::min(static_cast<double>(hints.spp), kMaxSpp);
+        taken.push_back(fmt::format("spp {}", *spp));
+    }
+    return taken;
+}
+
+}  // namespace
 
 PreparedJob PrepareJob(const JobOptions& options) {
     PreparedJob job;
     RenderSettings settings;
     settings.crop = options.crop;
     settings.seed = options.seed;
-    settings.max_depth = options.max_depth;
+    settings.max_depth = options.max_depth.value_or(settings.max_depth);
     settings.camera = options.camera;
+    WithExitCode(kExitUsage, [&] { settings.look = LookOf(options); });
     settings.lens_radius = options.lens_radius.value_or(-1);
     settings.focus_distance = options.focus_distance.value_or(-1);
     settings.environment_scale = options.environment_scale;
     settings.allow_black = options.allow_black;
+    double spp = options.spp.value_or(kDefaultSpp);
 
     WithExitCode(kExitInput, [&] {
         job.scene = CollectScene(options.scene, options.environment);
         const Scene scene = LoadForChecks(job.scene, options.environment_scale);
+        if (options.strict) {
+            RequireNoNotes(scene);
+        }
         job.notes = CheckScene(scene, settings);
         if (options.size) {
             settings.width = options.size->width;
             settings.height = options.size->height;
         } else {
-            SetDefaultSize(FindCamera(scene, options.camera), &settings);
+            SetDefaultSize(settings.look ? nullptr : FindCamera(scene, options.camera), &settings);
+        }
+        const auto taken = TakeHints(scene.hints, options, &settings, &spp);
+        if (!taken.empty()) {
+            job.notes.push_back(fmt::format("as the scene file says: {}", fmt::join(taken, ", ")));
         }
     });
     settings.environment = job.scene.environment;
@@ -35,7 +96,7 @@ PreparedJob PrepareJob(const JobOptions& options) {
     *job.spec.mutable_settings() = codec::ToProto(settings);
     job.spec.set_sampler(options.sampler);
     job.spec.set_filter(options.filter);
-    job.spec.set_spp(options.spp);
+    job.spec.set_spp(spp);
     job.spec.set_tile_size(options.tile_size);
     job.spec.set_all_layers(options.layers == "all");
     job.spec.set_display_name(options.name);

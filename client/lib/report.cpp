@@ -37,6 +37,7 @@ Json SettingsJson(const v1::JobSpec& spec) {
               {"environment", s.environment()},
               {"environment_scale", s.environment_scale()},
               {"allow_black", s.allow_black()},
+              {"look", nullptr},
               {"tile_size", spec.tile_size()},
               {"layers", spec.all_layers() ? "all" : "basic"}};
     if (s.has_crop()) {
@@ -47,6 +48,13 @@ Json SettingsJson(const v1::JobSpec& spec) {
     }
     if (s.has_focus_distance()) {
         json["focus_distance"] = s.focus_distance();
+    }
+    if (s.has_look()) {
+        const auto vector = [](const v1::Vector& v) { return Json{v.x(), v.y(), v.z()}; };
+        json["look"] = {{"from", vector(s.look().from())},
+                        {"at", vector(s.look().at())},
+                        {"up", vector(s.look().up())},
+                        {"fov", s.look().fov_degrees()}};
     }
     return json;
 }

@@ -1,6 +1,7 @@
 #include "client/lib/scene_files.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -125,7 +126,7 @@ Scene LoadForChecks(const LocalScene& scene, float environment_scale) {
 
 std::vector<std::string> CheckScene(const Scene& scene, const RenderSettings& settings) {
     std::vector<std::string> notes = scene.notes;
-    if (FindCamera(scene, settings.camera) == nullptr) {
+    if (!settings.look && FindCamera(scene, settings.camera) == nullptr) {
         notes.push_back("the scene has no camera: one that sees all of it was fitted");
     }
     if (!scene.HasLight()) {
@@ -138,6 +139,17 @@ std::vector<std::string> CheckScene(const Scene& scene, const RenderSettings& se
         notes.push_back("nothing shines in this scene: the image is black, as asked for");
     }
     return notes;
+}
+
+void RequireNoNotes(const Scene& scene) {
+    if (!scene.notes.empty()) {
+        ThrowInvalidArgument(fmt::format(
+            "{}: {} of the scene can't be rendered as it stands: {}; change the scene or leave out "
+            "--strict",
+            scene.name,
+            scene.notes.size() == 1 ? "one thing" : fmt::format("{} things", scene.notes.size()),
+            fmt::join(scene.notes, "; ")));
+    }
 }
 
 void SetDefaultSize(const Camera* camera, RenderSettings* settings) {

@@ -34,6 +34,9 @@ Scene LoadForChecks(const LocalScene& scene, float environment_scale);
 // settings.allow_black) or the camera asked for is not there. Answers with what is worth a note.
 std::vector<std::string> CheckScene(const Scene& scene, const RenderSettings& settings);
 
+// Throws naming all that the loader left out or replaced, if there is any.
+void RequireNoNotes(const Scene& scene);
+
 // The image's size where the user gives none: 720 lines in the camera's own shape, else 1280x720.
 void SetDefaultSize(const Camera* camera, RenderSettings* settings);
 

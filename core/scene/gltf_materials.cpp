@@ -72,9 +72,7 @@ class MaterialReader {
         SetEmission(from, &material);
         ReadLayers(from, &textures_, &material, notes_);
         textures_.SetNormal(from.normalTexture, &material);
-        if (from.occlusionTexture.index >= 0) {
-            notes_->Add("occlusion textures are ignored: path tracing makes its own occlusion");
-        }
+        // Occlusion textures are for renderers that don't trace it.
         if (from.doubleSided) {
             material.params.Set("double_sided", true);
         }

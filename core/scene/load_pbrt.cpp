@@ -45,7 +45,7 @@ class Loader {
           materials_(document_, &textures_, &spectra_, &notes_) {
         scene_.name = main_name;
         ReadCamera(document_, &scene_, &notes_);
-        environment_ = ReadLights(document_, &textures_, &spectra_, &scene_, &notes_);
+        lights_ = ReadLights(document_, &textures_, &spectra_, &scene_, &notes_);
         PlanMeshes();
     }
 
@@ -58,12 +58,20 @@ class Loader {
         ScalePowerLights();
         PlaceInstances();
         std::vector<int> kept;
-        if (environment_.picture >= 0) {
-            kept.push_back(environment_.picture);
+        kept.reserve(lights_.pictured.size() + 1);
+        for (const PicturedLight& light : lights_.pictured) {
+            kept.push_back(light.picture);
+        }
+        const bool has_map = lights_.environment.picture >= 0;
+        if (has_map) {
+            kept.push_back(lights_.environment.picture);
         }
         textures_.Finish(files_, options.decode_images, &scene_, &kept);
-        environment_.picture = kept.empty() ? -1 : kept.front();
-        FinishEnvironment(environment_, &scene_, &notes_);
+        for (std::size_t i = 0; i < lights_.pictured.size(); ++i) {
+            lights_.pictured[i].picture = kept[i];
+        }
+        lights_.environment.picture = has_map ? kept.back() : -1;
+        FinishLights(lights_, &scene_, &notes_);
         AddEnvironment(files_, options, &scene_);
         scene_.notes = notes_.Take();
         return std::move(scene_);
@@ -259,7 +267,7 @@ class Loader {
     Textures textures_;
     Materials materials_;
     Scene scene_;
-    EnvironmentPlan environment_;
+    LightPlan lights_;
     std::vector<MeshPlan> plans_;
     std::vector<Placement> world_;
     std::vector<std::vector<Placement>> objects_;

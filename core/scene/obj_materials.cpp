@@ -250,53 +250,11 @@ void Materials::SetAlpha(const MtlMaterial& from, Material* material) {
         material->params.Set("alpha_texture", static_cast<float>(texture));
         // Its matte channel is meant, if it has one.
         if (map->second.channel == 0 || map->second.channel == 'm') {
-            mattes_.push_back(texture);
+            mattes_.push_back(materials_.size());
         }
     }
     if (alpha < 1 || map != from.maps.end()) {
         material->params.Set("alpha_mode", "blend");
-    }
-}
-
-int Materials::TextureOf(const MtlMaterial& from, const std::string& map, bool srgb) {
-    const auto it = from.maps.find(map);
-    if (it == from.maps.end()) {
-        return -1;
-    }
-    const Map& m = it->second;
-    const auto [known, is_new] = picture_of_.emplace(m.name, static_cast<int>(requests_.size()));
-    if (is_new) {
-        requests_.push_back({m.name, fmt::format("{}: {}", m.place.Text(), map), false, ""});
-    }
-    Texture texture;
-    texture.image = known->second;
-    texture.srgb = srgb;
-    texture.wrap_u = texture.wrap_v = m.clamp ? WrapMode::kClamp : WrapMode::kRepeat;
-    // From v up to v down, there and back.
-    const float transform[6] = {m.scale.x, 0, m.offset.x, 0, m.scale.y, 1 - m.scale.y - m.offset.y};
-    std::copy(std::begin(transform), std::end(transform), std::begin(texture.uv_transform));
-    // Alpha's own texture, since its picture may be replaced.
-    if (map == "map_d") {
-        textures_.push_back(texture);
-        return static_cast<int>(textures_.size()) - 1;
-    }
-    return Add(texture);
-}
-
-int Materials::Add(const Texture& texture) {
-    const auto same = std::find(textures_.begin(), textures_.end(), texture);
-    const auto position = static_cast<int>(same - textures_.begin());
-    if (same == textures_.end()) {
-        textures_.push_back(texture);
-    }
-    return position;
-}
-
-void Materials::SetTexture(const MtlMaterial& from, const std::string& map, const char* param,
-                           bool srgb, Material* material) {
-    const int texture = TextureOf(from, map, srgb);
-    if (texture >= 0) {
-        material->params.Set(param, static_cast<float>(texture));
     }
 }
 

@@ -49,7 +49,7 @@ class Materials {
                     Material* material);
     int Add(const Texture& texture);
     void Pack(const Packed& packed, Scene* scene) const;
-    void UseMatte(int texture, Scene* scene) const;
+    void UseMatte(std::size_t material, Scene* scene);
     bool IsNormalMap(const SceneImage& image) const;
 
     Notes* notes_;
@@ -58,7 +58,7 @@ class Materials {
     std::vector<ImageRequest> requests_;
     std::map<std::string, int> picture_of_;
     std::vector<Packed> packed_;
-    std::vector<int> mattes_;                // textures whose picture's alpha is meant
+    std::vector<std::size_t> mattes_;        // materials whose alpha picture's alpha is meant
     std::vector<std::size_t> bump_or_norm_;  // materials whose "bump" may be a normal map
 };
 

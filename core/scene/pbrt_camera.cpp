@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/scene/pbrt_lights.h"
@@ -34,7 +35,13 @@ void ReadHints(const Document& document, Scene* scene, Notes* notes) {
         film.NoteUnused("film", notes);
     }
     if (!document.sampler.type.empty()) {
-        hints.spp = document.sampler.params.Int("pixelsamples", 16);
+        const Params& sampler = document.sampler.params;
+        // Grids of 4 x 4 by default, at most 1024 a side for the product to fit.
+        const bool grid = document.sampler.type == "stratified";
+        const auto side = [&](const char* name) {
+            return std::clamp(sampler.Int(name, 4), 0, 1024);
+        };
+        hints.spp = grid ? side("xsamples") * side("ysamples") : sampler.Int("pixelsamples", 16);
     }
     if (!document.integrator.type.empty()) {
         // pbrt counts bounces, Relume segments.
@@ -71,7 +78,6 @@ void ReadCamera(const Document& document, Scene* scene, Notes* notes) {
     ReadHints(document, scene, notes);
     const Declared& from = document.camera;
     if (from.type.empty()) {
-        notes->Add({}, "the file has no camera: one is fitted to the scene");
         return;
     }
     const Params& params = from.params;

@@ -25,7 +25,16 @@ class Parser {
     Parser(Tokens* tokens, Notes* notes) : tokens_(tokens), notes_(notes) {}
 
     Document Parse() {
-        while (std::optional<Token> token = tokens_->Next()) {
+        while (true) {
+            tokens_->Peek();
+            while (!imports_.empty() && tokens_->depth() < imports_.back().depth) {
+                state_.End(StateStack::Block::kImport, imports_.back().place);
+                imports_.pop_back();
+            }
+            const std::optional<Token> token = tokens_->Next();
+            if (!token) {
+                break;
+            }
             if (token->kind != Token::Kind::kWord) {
                 Fail(token->place, fmt::format("expected a directive, found '{}'", token->text));
             }
@@ -80,6 +89,10 @@ class Parser {
         } else if (word == "Include" || word == "Import") {
             const std::string path = String("the name of a file");
             tokens_->Include(path, place_);
+            if (word == "Import") {  // what it sets holds in it alone
+                state_.Begin(StateStack::Block::kImport, place_);
+                imports_.push_back({tokens_->depth(), place_});
+            }
         } else {
             Fail(place_, fmt::format("the directive '{}' is not known; correct it", word));
         }
@@ -341,6 +354,11 @@ class Parser {
     StateStack state_;
     Names object_names_;
     int object_ = -1;
+    struct Import {
+        std::size_t depth;  // of Tokens, in it
+        Place place;
+    };
+    std::vector<Import> imports_;
     Place place_;  // of the current directive
 };
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "core/scene/pbrt_document.h"
 #include "core/scene/pbrt_textures.h"
 #include "core/scene/scene.h"
@@ -14,12 +16,24 @@ struct EnvironmentPlan {
     Environment environment;
 };
 
-// Lights that are not shapes: delta lights go to `scene`.
-EnvironmentPlan ReadLights(const Document& document, Textures* textures, Spectra* spectra,
-                           Scene* scene, Notes* notes);
+// A goniometric light before its picture is there.
+struct PicturedLight {
+    std::size_t light;  // of Scene::lights
+    int picture;        // as in EnvironmentPlan
+    bool equal_area;
+};
+struct LightPlan {
+    EnvironmentPlan environment;
+    std::vector<PicturedLight> pictured;
+};
 
-// Gives the scene its environment, as linear floats in latitude and longitude.
-void FinishEnvironment(EnvironmentPlan plan, Scene* scene, Notes* notes);
+// Lights that are not shapes: delta lights go to `scene`.
+LightPlan ReadLights(const Document& document, Textures* textures, Spectra* spectra, Scene* scene,
+                     Notes* notes);
+
+// Gives the scene its environment, and goniometric lights their pictures, as linear floats in
+// latitude and longitude.
+void FinishLights(const LightPlan& plan, Scene* scene, Notes* notes);
 
 // Clarberg's equal-area map of the sphere to the unit square ("Fast Equal-Area Mapping of the
 // (Hemi)Sphere using SIMD", 2008), as pbrt-v4 turns it: the middle is +z.

@@ -168,28 +168,6 @@ bool Materials::ConvertOpaque(const Declared& from, int before, Material* materi
     return true;
 }
 
-void Materials::ConvertDisney(const Declared& from, int before, Material* material) {
-    const Params& params = from.params;
-    material->type = "metallic_roughness";
-    SetColor(params, "color", before, {0.5f, 0.5f, 0.5f}, "base_color", material);
-    const auto number = [&](const char* name, float otherwise, const char* as) {
-        const Value value = textures_->Number(params, name, before, otherwise);
-        if (value.texture >= 0) {
-            notes_->Add(from.place, fmt::format("disney: a texture for {} is not supported: {} is "
-                                                "used",
-                                                name, otherwise));
-        }
-        material->params.Set(
-            as, std::clamp(value.texture >= 0 ? otherwise : value.factor.x, 0.0f, 1.0f));
-    };
-    number("metallic", 0, "metallic");
-    number("roughness", 0.5f, "roughness");
-    number("spectrans", 0, "transmission");
-    material->params.Set("ior", Index(params, 1.5f));
-    material->params.Set("thin", params.Bool("thin", false));
-    params.Ignore("clearcoatgloss sheentint");  // without meaning where sheen and clearcoat are 0
-}
-
 bool Materials::ConvertOther(const Declared& from, int before, const std::string& inside,
                              Material* material) {
     const std::string& type = from.type;

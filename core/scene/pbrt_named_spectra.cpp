@@ -13,16 +13,16 @@ struct Metal {
 
 // Ag, Al, Au, Cu: the reduction that Mitsuba's and Tungsten's tables of conductors give (data of
 // Palik, "Handbook of Optical Constants of Solids", 1985). CuZn: Querry, "Optical constants of
-// minerals and other materials", 1985. MgO, TiO2 (rutile, ordinary ray): dispersion formulas of
-// Stephens and Malitson 1952 and Devore 1951 at 650, 550 and 450 nm.
+// minerals and other materials", 1985. MgO, TiO2 (rutile; the extraordinary ray, as in pbrt's
+// data): dispersion formulas of Stephens and Malitson 1952 and Devore 1951 at 650, 550 and 450 nm.
 constexpr Metal kMetals[] = {
     {"Ag", {0.155265f, 0.116723f, 0.138381f}, {4.828343f, 3.122246f, 2.147050f}},
     {"Al", {1.657460f, 0.880369f, 0.521229f}, {9.223869f, 6.269523f, 4.837001f}},
     {"Au", {0.143119f, 0.374957f, 1.442479f}, {3.983160f, 2.385721f, 1.603215f}},
     {"Cu", {0.200438f, 0.924033f, 1.102212f}, {3.912949f, 2.452848f, 2.142188f}},
     {"CuZn", {0.444f, 0.527f, 1.094f}, {3.695f, 2.765f, 1.829f}},
-    {"MgO", {1.7334f, 1.7387f, 1.7477f}, {0, 0, 0}},
-    {"TiO2", {2.574f, 2.648f, 2.813f}, {0, 0, 0}},
+    {"MgO", {1.7337f, 1.7405f, 1.7524f}, {0, 0, 0}},
+    {"TiO2", {2.860f, 2.953f, 3.163f}, {0, 0, 0}},
 };
 
 struct Glass {

@@ -163,7 +163,7 @@ Rgb Spectra::Reduce(const Param& param, SpectrumUse use) {
                n[1];
     }
     if (param.type == "spectrum") {
-        notes_->Add({},
+        notes_->Add(param.place,
                     "spectra are reduced to RGB: saturated colours differ from spectral "
                     "rendering");
         if (!param.strings.empty()) {

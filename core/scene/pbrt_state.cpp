@@ -20,6 +20,8 @@ const char* Name(StateStack::Block block) {
             return "Transform";
         case StateStack::Block::kObject:
             return "Object";
+        case StateStack::Block::kImport:
+            return "Import";
     }
     return "";
 }
@@ -38,6 +40,15 @@ void StateStack::End(Block block, const Place& place) {
         Fail(place, fmt::format("{0}End without {0}Begin; remove it", Name(block)));
     }
     Saved& saved = stack_.back();
+    if (block == Block::kImport && saved.block != block) {
+        Fail(saved.place, fmt::format("this {0}Begin is not closed in the file that is imported; "
+                                      "add a {0}End",
+                                      Name(saved.block)));
+    }
+    if (saved.block == Block::kImport && saved.block != block) {
+        Fail(place, fmt::format("{0}End without {0}Begin in the file that is imported; remove it",
+                                Name(block)));
+    }
     if (saved.block != block) {
         Fail(place, fmt::format("{}End, but the open block is the {}Begin at {}; close that first",
                                 Name(block), Name(saved.block), saved.place.Text()));

@@ -35,7 +35,7 @@ class StateStack {
     const GraphicsState& now() const { return now_; }
 
     // What opened a block closes it; a mismatch throws.
-    enum class Block { kAttribute, kTransform, kObject };
+    enum class Block { kAttribute, kTransform, kObject, kImport };
     void Begin(Block block, const Place& place);
     void End(Block block, const Place& place);
     void RequireClosed() const;  // at the end of the file

@@ -36,6 +36,8 @@ class Tokens {
     const Token* Peek();
     // Goes on with that file, relative to the main one's folder, and then here.
     void Include(const std::string& path, const Place& place);
+    // How many files are open: 1 in the main one. Peek closes those that are at their end.
+    std::size_t depth() const { return stack_.size(); }
     // Includes and the main file, in the order of their first use.
     const std::vector<std::string>& names() const { return names_; }
     Place place() const;  // of what comes next

@@ -185,8 +185,11 @@ struct Scene {
 // and none is asked for. Throws kInvalidArgument that lists the cameras if there is no such one.
 const Camera* FindCamera(const Scene& scene, const std::string& camera);
 
-// A perspective camera (yfov 40 degrees) that sees the whole scene from slightly above, for files
-// without one. `aspect` is width/height.
-Camera FitCamera(const Scene& scene, float aspect);
+// A perspective camera (yfov 40 degrees) that sees the whole of `bounds` from slightly above, for
+// files without one. `aspect` is width/height.
+Camera FitCamera(const Box3f& bounds, const std::string& scene_name, float aspect);
+
+struct LookCamera;  // render_settings.h
+Camera MakeLookCamera(const LookCamera& look);
 
 }  // namespace relume

@@ -25,6 +25,33 @@ TileRect FromProto(const v1::TileRect& rect) {
     return {rect.x0(), rect.y0(), rect.x1(), rect.y1()};
 }
 
+namespace {
+
+v1::Vector ToProto(Vec3f v) {
+    v1::Vector message;
+    message.set_x(v.x);
+    message.set_y(v.y);
+    message.set_z(v.z);
+    return message;
+}
+
+Vec3f FromProto(const v1::Vector& v) { return {v.x(), v.y(), v.z()}; }
+
+LookCamera FromProto(const v1::LookCamera& message) {
+    LookCamera look;
+    look.from = FromProto(message.from());
+    look.at = FromProto(message.at());
+    if (message.has_up()) {
+        look.up = FromProto(message.up());
+    }
+    if (message.fov_degrees() != 0) {
+        look.fov = message.fov_degrees();
+    }
+    return look;
+}
+
+}  // namespace
+
 v1::RenderSettings ToProto(const RenderSettings& s) {
     v1::RenderSettings message;
     message.set_width(s.width);
@@ -44,6 +71,12 @@ v1::RenderSettings ToProto(const RenderSettings& s) {
     message.set_environment(s.environment);
     message.set_environment_scale(s.environment_scale);
     message.set_allow_black(s.allow_black);
+    if (s.look) {
+        *message.mutable_look()->mutable_from() = ToProto(s.look->from);
+        *message.mutable_look()->mutable_at() = ToProto(s.look->at);
+        *message.mutable_look()->mutable_up() = ToProto(s.look->up);
+        message.mutable_look()->set_fov_degrees(s.look->fov);
+    }
     return message;
 }
 
@@ -70,6 +103,9 @@ RenderSettings FromProto(const v1::RenderSettings& message) {
         s.environment_scale = message.environment_scale();
     }
     s.allow_black = message.allow_black();
+    if (message.has_look()) {
+        s.look = FromProto(message.look());
+    }
     ValidateSettings(s);
     return s;
 }

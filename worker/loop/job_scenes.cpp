@@ -14,11 +14,18 @@
 namespace relume::worker {
 namespace {
 
-constexpr std::size_t kKeptScenes = 2;
+constexpr std::size_t kKeptScenes = 2, kKeptViews = 16;
 constexpr double kMaxBackoffSeconds = 60;
 
-std::string KeyOf(const SceneManifest& manifest, const RenderSettings& settings) {
-    return ManifestDigest(manifest) + codec::ToProto(settings).SerializeAsString();
+// The one of this key, moved to the front; the end if there is none.
+template <class List>
+auto FindFirst(List* list, const std::string& key) {
+    const auto it = std::find_if(list->begin(), list->end(),
+                                 [&](const auto& item) { return item.first == key; });
+    if (it != list->end()) {
+        list->splice(list->begin(), *list, it);
+    }
+    return it;
 }
 
 // Would another worker, or a later attempt, do better?
@@ -61,7 +68,8 @@ void JobScenes::Add(const std::string& job, const SceneManifest& manifest,
     Entry entry;
     entry.manifest = manifest;
     entry.settings = settings;
-    entry.key = KeyOf(manifest, settings);
+    entry.build_key = BuildKey(manifest, settings);
+    entry.view_key = codec::ToProto(settings).SerializeAsString();
     jobs_.insert_or_assign(job, std::move(entry));
 }
 
@@ -79,7 +87,7 @@ std::shared_ptr<const LoadedScene> JobScenes::Want(const std::string& job) {
     // A job's first lease always goes through the loading thread, so that SceneReady tells its
     // notes.
     if (it->second.announced) {
-        if (auto scene = Find(it->second.key)) {
+        if (auto scene = Find(it->second)) {
             return scene;
         }
     }
@@ -135,16 +143,20 @@ void JobScenes::LoadThread() {
 
 void JobScenes::Load(const std::string& job, const Entry& entry, std::uint64_t generation) {
     const TimePoint begin = SteadyClock().Now();
-    std::shared_ptr<const LoadedScene> scene;
+    std::shared_ptr<const LoadedScene> scene, built;
     {
         const std::lock_guard lock(mutex_);
-        scene = Find(entry.key);
+        scene = Find(entry);
+        built = scene ? nullptr : FindBuilt(entry);
     }
     std::string problem;
     bool transient = false;
     bool fetching = true;
     try {
-        if (!scene) {
+        if (built && built->view) {
+            fetching = false;
+            scene = built->view(entry.settings);
+        } else if (!scene) {
             const ManifestSource files(entry.manifest, cache_, fetch_);
             files.FetchAll();
             fetching = false;
@@ -164,7 +176,7 @@ void JobScenes::Load(const std::string& job, const Entry& entry, std::uint64_t g
     {
         const std::lock_guard lock(mutex_);
         if (scene) {
-            Keep(entry.key, scene);
+            Keep(entry, scene);
         }
         const auto it = jobs_.find(job);
         if (generation != generation_ || it == jobs_.end()) {
@@ -185,24 +197,36 @@ void JobScenes::Load(const std::string& job, const Entry& entry, std::uint64_t g
     }
 }
 
-void JobScenes::Keep(const std::string& key, std::shared_ptr<const LoadedScene> scene) {
-    if (Find(key)) {
-        return;
+void JobScenes::Keep(const Entry& entry, std::shared_ptr<const LoadedScene> scene) {
+    if (FindFirst(&kept_, entry.build_key) == kept_.end()) {
+        kept_.emplace_front(entry.build_key, Views());
+        if (kept_.size() > kKeptScenes) {
+            kept_.pop_back();
+        }
     }
-    kept_.emplace_front(key, std::move(scene));
-    if (kept_.size() > kKeptScenes) {
-        kept_.pop_back();
+    Views& views = kept_.front().second;
+    if (FindFirst(&views, entry.view_key) == views.end()) {
+        views.emplace_front(entry.view_key, std::move(scene));
+        if (views.size() > kKeptViews) {
+            views.pop_back();
+        }
     }
 }
 
-std::shared_ptr<const LoadedScene> JobScenes::Find(const std::string& key) {
-    const auto it = std::find_if(kept_.begin(), kept_.end(),
-                                 [&](const auto& kept) { return kept.first == key; });
-    if (it == kept_.end()) {
+std::shared_ptr<const LoadedScene> JobScenes::Find(const Entry& entry) {
+    const auto built = FindFirst(&kept_, entry.build_key);
+    if (built == kept_.end()) {
         return nullptr;
     }
-    kept_.splice(kept_.begin(), kept_, it);
-    return kept_.front().second;
+    const auto view = FindFirst(&built->second, entry.view_key);
+    return view == built->second.end() ? nullptr : view->second;
+}
+
+std::shared_ptr<const LoadedScene> JobScenes::FindBuilt(const Entry& entry) const {
+    const auto built = std::find_if(kept_.begin(), kept_.end(), [&](const auto& kept) {
+        return kept.first == entry.build_key;
+    });
+    return built == kept_.end() ? nullptr : built->second.front().second;
 }
 
 }  // namespace relume::worker

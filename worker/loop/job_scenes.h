@@ -20,7 +20,8 @@
 namespace relume::worker {
 
 // The scenes of the jobs that a worker was told of, loaded one at a time on a thread of its own,
-// the last few kept by content: two jobs with equal scene and settings share one. Thread-safe.
+// the last few kept by content: jobs on one scene share what was built of it, those with equal
+// settings all. Thread-safe.
 class JobScenes {
   public:
     struct Handler {  // called on the loading thread
@@ -53,7 +54,8 @@ class JobScenes {
     struct Entry {
         SceneManifest manifest;
         RenderSettings settings;
-        std::string key;  // scenes with equal keys are equal
+        std::string build_key;  // see BuildKey
+        std::string view_key;   // of the settings: with both equal, scenes are equal
         bool wanted = false;
         bool announced = false;      // on_ready was called once
         TimePoint not_before{};      // of the next attempt
@@ -63,8 +65,11 @@ class JobScenes {
     void LoadThread();
     // Loads and reports; takes no lock while it loads.
     void Load(const std::string& job, const Entry& entry, std::uint64_t generation);
-    void Keep(const std::string& key, std::shared_ptr<const LoadedScene> scene);
-    std::shared_ptr<const LoadedScene> Find(const std::string& key);
+    void Keep(const Entry& entry, std::shared_ptr<const LoadedScene> scene);
+    // The job's scene if it is kept; moves it to the front.
+    std::shared_ptr<const LoadedScene> Find(const Entry& entry);
+    // Any view of the job's scene.
+    std::shared_ptr<const LoadedScene> FindBuilt(const Entry& entry) const;
 
     BlobCache* cache_;
     BlobFetch fetch_;
@@ -74,7 +79,9 @@ class JobScenes {
     mutable std::mutex mutex_;  // guards all below
     std::condition_variable changed_;
     std::map<std::string, Entry> jobs_;
-    std::list<std::pair<std::string, std::shared_ptr<const LoadedScene>>> kept_;  // last used first
+    // Views by their key, last used first.
+    using Views = std::list<std::pair<std::string, std::shared_ptr<const LoadedScene>>>;
+    std::list<std::pair<std::string, Views>> kept_;  // by build key, last used first
     std::uint64_t generation_ = 0;  // rises with ForgetJobs: loads begun before report to nobody
     bool busy_ = false;
     bool stop_ = false;

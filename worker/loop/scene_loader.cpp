@@ -1,26 +1,65 @@
 #include "worker/loop/scene_loader.h"
 
+#include <utility>
+
+#include "proto/codec/codec.h"
 #include "worker/render/render.h"
 
 namespace relume::worker {
+namespace {
+
+// A view of what is loaded once: scene notes and structures.
+struct Shared {
+    std::vector<std::string> notes;
+    std::shared_ptr<const render::BuiltScene> built;
+};
+
+std::shared_ptr<const LoadedScene> MakeView(const std::shared_ptr<const Shared>& shared,
+                                            const RenderSettings& settings) {
+    auto loaded = std::make_shared<LoadedScene>();
+    const auto renderer = std::make_shared<const render::Renderer>(shared->built, settings);
+    loaded->notes = shared->notes;
+    loaded->notes.insert(loaded->notes.end(), renderer->notes().begin(), renderer->notes().end());
+    loaded->render = [renderer](const TileTask& task, const CancelToken& cancel) {
+        return renderer->RenderTile(task, cancel);
+    };
+    loaded->view = [shared](const RenderSettings& other) { return MakeView(shared, other); };
+    return loaded;
+}
+
+}  // namespace
+
+std::string BuildKey(const SceneManifest& manifest, const RenderSettings& settings) {
+    // What is not named here is taken to matter.
+    RenderSettings build = settings;
+    const RenderSettings same;
+    build.width = same.width;
+    build.height = same.height;
+    build.crop = same.crop;
+    build.seed = same.seed;
+    build.max_depth = same.max_depth;
+    build.camera = same.camera;
+    build.look = same.look;
+    build.lens_radius = same.lens_radius;
+    build.focus_distance = same.focus_distance;
+    build.allow_black = same.allow_black;
+    return ManifestDigest(manifest) + codec::ToProto(build).SerializeAsString();
+}
 
 SceneLoader MakeSceneLoader() {
-    return [](const FileSource& files, const SceneManifest& manifest,
-              const RenderSettings& settings) {
-        LoadOptions options;
-        options.environment = settings.environment;
-        options.environment_scale = settings.environment_scale;
-        auto scene = std::make_shared<const Scene>(LoadScene(files, manifest.main, options));
-        auto loaded = std::make_shared<LoadedScene>();
-        loaded->notes = scene->notes;
-        const auto renderer = std::make_shared<const render::Renderer>(std::move(scene), settings);
-        loaded->notes.insert(loaded->notes.end(), renderer->notes().begin(),
-                             renderer->notes().end());
-        loaded->render = [renderer](const TileTask& task, const CancelToken& cancel) {
-            return renderer->RenderTile(task, cancel);
+    return
+        [](const FileSource& files, const SceneManifest& manifest, const RenderSettings& settings) {
+            LoadOptions options;
+            options.environment = settings.environment;
+            options.environment_scale = settings.environment_scale;
+            auto shared = std::make_shared<Shared>();
+            {
+                const Scene scene = LoadScene(files, manifest.main, options);
+                shared->notes = scene.notes;
+                shared->built = std::make_shared<const render::BuiltScene>(scene);
+            }
+            return MakeView(shared, settings);
         };
-        return std::shared_ptr<const LoadedScene>(std::move(loaded));
-    };
 }
 
 }  // namespace relume::worker

@@ -18,7 +18,14 @@ struct LoadedScene {
     // Thread-safe; an empty result if cancelled.
     std::function<TileResult(const TileTask&, const CancelToken&)> render;
     std::vector<std::string> notes;  // what was left out or replaced
+    // The same scene for a job whose settings differ in nothing that BuildKey tells apart: nothing
+    // is loaded or built again. Null: it can't. Throws Error if the settings don't fit the scene.
+    std::function<std::shared_ptr<const LoadedScene>(const RenderSettings&)> view;
 };
+
+// Scenes with equal keys are equal, but for what pictures of them are made: size, crop, seed,
+// depth, camera, lens.
+std::string BuildKey(const SceneManifest& manifest, const RenderSettings& settings);
 
 using SceneLoader = std::function<std::shared_ptr<const LoadedScene>(
     const FileSource& files, const SceneManifest& manifest, const RenderSettings& settings)>;

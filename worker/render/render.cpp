@@ -5,6 +5,7 @@
 #include <array>
 #include <chrono>
 #include <ctime>
+#include <utility>
 
 #include "core/base/error.h"
 #include "core/film/moments.h"
@@ -49,26 +50,23 @@ std::vector<bool> UsedTextures(const Scene& scene, const std::vector<CompiledMat
 
 }  // namespace
 
-struct Renderer::Impl {
+struct BuiltScene::Impl {
+    Scene cameras;  // those and the name, nothing else
+    Box3f bounds;
     std::vector<CompiledMaterial> materials;
     TextureSet textures;
     Accel accel;
     LightSet lights;
     std::vector<std::string> notes;
-    RayCamera camera;
-    PathTracer tracer;
 
-    Impl(const Scene& scene, const RenderSettings& settings)
-        : materials(CompileMaterials(scene)),
+    explicit Impl(const Scene& scene)
+        : bounds(scene.Bounds()),
+          materials(CompileMaterials(scene)),
           textures(scene, UsedTextures(scene, materials)),
           accel(scene, materials, textures),
-          lights(scene, materials, textures, &accel),
-          camera(CompileCamera(ChooseCamera(scene, settings, &notes), settings)),
-          tracer(accel, materials, textures, lights, camera, settings, scene.Bounds()) {
-        if (lights.black() && !settings.allow_black) {
-            ThrowInvalidArgument(
-                "the scene has no light: add one, give --environment MAP.hdr, or --allow-black");
-        }
+          lights(scene, materials, textures, &accel) {
+        cameras.name = scene.name;
+        cameras.cameras = scene.cameras;
         if (lights.repaired_environment_values() > 0) {
             notes.push_back(fmt::format(
                 "{} NaN, infinite or negative values of the environment map were replaced",
@@ -80,12 +78,42 @@ struct Renderer::Impl {
     }
 };
 
-Renderer::Renderer(std::shared_ptr<const Scene> scene, const RenderSettings& settings) {
-    ValidateSettings(settings);
+BuiltScene::BuiltScene(const Scene& scene) {
     CheckCpu();
     const FloatingPointMode mode;
-    impl_ = std::make_unique<Impl>(*scene, settings);
+    impl_ = std::make_unique<Impl>(scene);
 }
+
+BuiltScene::~BuiltScene() = default;
+
+struct Renderer::Impl {
+    std::shared_ptr<const BuiltScene> scene;
+    std::vector<std::string> notes;
+    RayCamera camera;
+    PathTracer tracer;
+
+    Impl(std::shared_ptr<const BuiltScene> built, const BuiltScene::Impl& s,
+         const RenderSettings& settings)
+        : scene(std::move(built)),
+          camera(CompileCamera(ChooseCamera(s.cameras, s.bounds, settings, &notes), settings)),
+          tracer(s.accel, s.materials, s.textures, s.lights, camera, settings, s.bounds) {
+        if (s.lights.black() && !settings.allow_black) {
+            ThrowInvalidArgument(
+                "the scene has no light: add one, give --environment MAP.hdr, or --allow-black");
+        }
+        notes.insert(notes.end(), s.notes.begin(), s.notes.end());
+    }
+};
+
+Renderer::Renderer(std::shared_ptr<const BuiltScene> scene, const RenderSettings& settings) {
+    ValidateSettings(settings);
+    const FloatingPointMode mode;
+    const BuiltScene::Impl& built = *scene->impl_;
+    impl_ = std::make_unique<Impl>(std::move(scene), built, settings);
+}
+
+Renderer::Renderer(const std::shared_ptr<const Scene>& scene, const RenderSettings& settings)
+    : Renderer(std::make_shared<const BuiltScene>(*scene), settings) {}
 
 Renderer::~Renderer() = default;
 

@@ -11,13 +11,29 @@
 
 namespace relume::render {
 
-// A scene made ready to trace: Embree structures, textures, lights, camera. Immutable, thread-safe.
-class Renderer {
+// What of a scene is the same for every picture of it: Embree structures, textures, materials,
+// lights. Immutable, thread-safe.
+class BuiltScene {
   public:
     // Builds in parallel (core/base/parallel.h). Keeps what it needs of `scene`. Throws Error
-    // naming material, light or camera if a type or parameter is unknown, or if nothing shines
+    // naming material or light if a type or parameter is unknown.
+    explicit BuiltScene(const Scene& scene);
+    ~BuiltScene();
+
+  private:
+    friend class Renderer;
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
+// A scene with camera and settings: cheap to make of one that is built. Immutable, thread-safe.
+class Renderer {
+  public:
+    // Throws Error naming the camera if its type or a parameter is unknown, or if nothing shines
     // (unless settings.allow_black).
-    Renderer(std::shared_ptr<const Scene> scene, const RenderSettings& settings);
+    Renderer(std::shared_ptr<const BuiltScene> scene, const RenderSettings& settings);
+    // Builds it, too.
+    Renderer(const std::shared_ptr<const Scene>& scene, const RenderSettings& settings);
     ~Renderer();
 
     // Renders a task on the calling thread; any number of threads may call at once. A pure function

@@ -40,6 +40,15 @@ TEST(ParseSize, RefusesWithOptionValueAndRange) {
     }
 }
 
+TEST(ParseVector, ReadsThreeNumbers) {
+    EXPECT_EQ(ParseVector("--look-at", "1,-2.5,3e2"), (Vec3f{1, -2.5f, 300}));
+    for (const char* text : {"", "1", "1,2", "1,2,3,4", "a,b,c", "1 2 3", "nan,0,0", "0,1e99,0"}) {
+        const auto parse = [](const std::string& t) { return ParseVector("--look-at", t); };
+        EXPECT_NE(Refusal(parse, text).find(std::string("--look-at ") + text), std::string::npos)
+            << text;
+    }
+}
+
 TEST(ParseCrop, ReadsARectangle) { EXPECT_EQ(ParseCrop("1,2,30,40"), (TileRect{1, 2, 30, 40})); }
 
 TEST(ParseCrop, RefusesWhatIsNoRectangle) {

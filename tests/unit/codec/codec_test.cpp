@@ -34,7 +34,7 @@ RenderSettings Settings() {
     s.crop = {10, 20, 30, 40};
     s.seed = 4'000'000'000u;
     s.max_depth = 5;
-    s.camera = "front";
+    s.look = LookCamera{{1, 2, 3}, {4, 5, 6}, {0, 0, 1}, 50};
     s.lens_radius = 0;
     s.focus_distance = 2.5f;
     s.environment = "sky.hdr";
@@ -50,6 +50,7 @@ void ExpectEqual(const RenderSettings& a, const RenderSettings& b) {
     EXPECT_EQ(a.seed, b.seed);
     EXPECT_EQ(a.max_depth, b.max_depth);
     EXPECT_EQ(a.camera, b.camera);
+    EXPECT_EQ(a.look, b.look);
     EXPECT_EQ(a.lens_radius, b.lens_radius);
     EXPECT_EQ(a.focus_distance, b.focus_distance);
     EXPECT_EQ(a.environment, b.environment);
@@ -61,6 +62,10 @@ TEST(CodecSettings, RoundTripOverTheWire) {
     v1::RenderSettings message;
     ASSERT_TRUE(message.ParseFromString(ToProto(Settings()).SerializeAsString()));
     ExpectEqual(FromProto(message), Settings());
+    RenderSettings named = Settings();
+    named.look.reset();
+    named.camera = "front";
+    ExpectEqual(FromProto(ToProto(named)), named);
 }
 
 TEST(CodecSettings, WhatIsUnsetHasItsDefault) {

@@ -6,6 +6,8 @@
 #include <atomic>
 #include <condition_variable>
 #include <deque>
+#include <functional>
+#include <set>
 
 #include "core/base/files.h"
 #include "tests/unit/loop/fake_blobs.h"
@@ -103,6 +105,57 @@ TEST_F(JobScenesTest, JobsOfEqualSceneAndSettingsShareIt) {
     scenes.Want("jobs/c");
     EXPECT_NE(Next().scene, a.scene);
     EXPECT_EQ(loads, 2);
+}
+
+TEST_F(JobScenesTest, ASecondJobOnAScenesBuildsNothing) {
+    int builds = 0, views = 0;
+    std::function<std::shared_ptr<const LoadedScene>(const RenderSettings&)> view =
+        [&](const RenderSettings& s) {
+            ++views;
+            auto scene = std::make_shared<LoadedScene>();
+            scene->notes.push_back(std::to_string(s.seed));
+            scene->view = view;
+            return scene;
+        };
+    auto scenes = Make([&](const FileSource&, const SceneManifest&, const RenderSettings& s) {
+        ++builds;
+        return view(s);
+    });
+    // Size, seed, depth, camera and lens are a view's own.
+    std::vector<RenderSettings> all(8, settings);
+    all[1].seed = 9;
+    all[2].width = 77;
+    all[3].camera = "side";
+    all[4].look = LookCamera{{1, 2, 3}, {0, 0, 0}};
+    all[5].max_depth = 3;
+    all[6].lens_radius = 1;
+    all[7].crop = {0, 0, 1, 1};
+    std::set<std::shared_ptr<const LoadedScene>> different;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        const std::string job = "jobs/" + std::to_string(i);
+        scenes.Add(job, Scene("one"), all[i]);
+        scenes.Want(job);
+        const Call call = Next();
+        ASSERT_TRUE(call.ready);
+        EXPECT_EQ(call.scene->notes.at(0), std::to_string(all[i].seed));
+        EXPECT_EQ(scenes.Want(job), call.scene);
+        different.insert(call.scene);
+    }
+    EXPECT_EQ(builds, 1);
+    EXPECT_EQ(views, 8);
+    EXPECT_EQ(different.size(), all.size());
+    // Another environment is another scene.
+    RenderSettings lit = settings;
+    lit.environment = "sky.hdr";
+    scenes.Add("jobs/lit", Scene("one"), lit);
+    scenes.Want("jobs/lit");
+    EXPECT_TRUE(Next().ready);
+    EXPECT_EQ(builds, 2);
+    // The first ones are still there.
+    scenes.Add("jobs/again", Scene("one"), all[1]);
+    scenes.Want("jobs/again");
+    EXPECT_TRUE(different.count(Next().scene) == 1);
+    EXPECT_EQ(views, 9);
 }
 
 TEST_F(JobScenesTest, AReconnectKeepsTheScenesAndForgetsTheJobs) {

@@ -170,14 +170,14 @@ TEST(Camera, IsChosenByNameOrIndex) {
     scene.cameras[1].name = "side";
     std::vector<std::string> notes;
     RenderSettings settings = Size(8, 8);
-    EXPECT_EQ(ChooseCamera(scene, settings, &notes).name, "camera");
+    EXPECT_EQ(ChooseCamera(scene, scene.Bounds(), settings, &notes).name, "camera");
     settings.camera = "side";
-    EXPECT_EQ(ChooseCamera(scene, settings, &notes).name, "side");
+    EXPECT_EQ(ChooseCamera(scene, scene.Bounds(), settings, &notes).name, "side");
     settings.camera = std::string("1");
-    EXPECT_EQ(ChooseCamera(scene, settings, &notes).name, "side");
+    EXPECT_EQ(ChooseCamera(scene, scene.Bounds(), settings, &notes).name, "side");
     settings.camera = "top";
     try {
-        ChooseCamera(scene, settings, &notes);
+        ChooseCamera(scene, scene.Bounds(), settings, &notes);
         FAIL() << "no error";
     } catch (const Error& error) {
         EXPECT_THAT(error.what(), testing::HasSubstr("'side'"));

@@ -61,6 +61,26 @@ TEST(Renderer, LeaseRenderedAgainIsBitEqual) {
     ExpectSame(result, second.RenderTile(task, cancel));
 }
 
+TEST(Renderer, ViewsOfOneBuiltSceneEqualThoseOfTheirOwn) {
+    const auto built = std::make_shared<const BuiltScene>(*Everything());
+    const CancelToken cancel;
+    const TileTask task = Task({2, 3, 12, 11}, 0, 3);
+    RenderSettings settings = test::Settings(24, 20, 6);
+    std::vector<TileResult> results;
+    for (int i = 0; i < 4; ++i) {
+        settings.seed = i == 1 ? 5 : 0;
+        settings.max_depth = i == 2 ? 2 : 6;
+        if (i == 3) {
+            settings.look = LookCamera{{0.2f, 0.1f, 3}, {0, 0, 0}, {0, 1, 0}, 45};
+        }
+        results.push_back(Renderer(built, settings).RenderTile(task, cancel));
+        ExpectSame(results.back(), Renderer(Everything(), settings).RenderTile(task, cancel));
+    }
+    for (std::size_t i = 1; i < results.size(); ++i) {
+        EXPECT_NE(results[i].planes, results[0].planes) << i;
+    }
+}
+
 TEST(Renderer, ThreadAndItsFloatingPointModeDoNotMatter) {
     const Renderer renderer(Everything(), test::Settings(16, 16, 6));
     const CancelToken cancel;

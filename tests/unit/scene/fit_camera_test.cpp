@@ -25,7 +25,7 @@ TEST(FitCamera, SeesTheWholeSceneAndFillsThePicture) {
         for (const Vec3f size : {Vec3f{1, 1, 1}, Vec3f{1e-3f, 0, 2e-3f}, Vec3f{50, 3, 9},
                                  Vec3f{0, 0, 1000}, Vec3f{1, 200, 1}}) {
             const Scene scene = BoxScene({5, -7, 11}, size);
-            const Camera camera = FitCamera(scene, aspect);
+            const Camera camera = FitCamera(scene.Bounds(), "scene", aspect);
             EXPECT_EQ(camera.type, "perspective");
             const float tan_y = std::tan(camera.params.GetFloat("yfov", 0) / 2);
             const Transform to_camera = camera.to_world.Inverse();
@@ -43,7 +43,7 @@ TEST(FitCamera, SeesTheWholeSceneAndFillsThePicture) {
 }
 
 TEST(FitCamera, LooksFromSlightlyAboveWithYUp) {
-    const Camera camera = FitCamera(BoxScene({0, 0, 0}, {1, 1, 1}), 1);
+    const Camera camera = FitCamera(BoxScene({0, 0, 0}, {1, 1, 1}).Bounds(), "scene", 1);
     const Vec3f view = camera.to_world.Vector({0, 0, -1});
     EXPECT_LT(view.y, 0);
     EXPECT_GT(view.y, -0.5f);

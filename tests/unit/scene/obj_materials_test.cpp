@@ -161,7 +161,7 @@ TEST(ObjMaterials, Alpha) {
     EXPECT_FALSE(TextureOf(picture, "alpha_texture").srgb);
 
     // A picture with an alpha channel means that.
-    MapSource files = Files("map_d c.tga\nmap_Kd c.tga\n");
+    MapSource files = Files("map_d c.tga\n");
     std::string tga(18, '\0');
     tga[2] = 2;
     tga[12] = tga[14] = 1;
@@ -173,7 +173,13 @@ TEST(ObjMaterials, Alpha) {
         matte.images.at(static_cast<std::size_t>(TextureOf(matte, "alpha_texture").image));
     EXPECT_EQ(image.channels, 1);
     EXPECT_THAT(image.bytes, ElementsAre(0x4d));
-    EXPECT_EQ(PictureOf(matte, "base_color_texture"), "c.tga");
+    // That of the base colour counts anyway: once is enough.
+    files.files["a.mtl"] += "map_Kd c.tga\n";
+    const Scene base = LoadScene(files, "a.obj", {});
+    EXPECT_EQ(PictureOf(base, "base_color_texture"), "c.tga");
+    EXPECT_EQ(base.images[0].channels, 4);
+    EXPECT_FALSE(MaterialOf(base).params.Has("alpha_texture"));
+    EXPECT_EQ(MaterialOf(base).params.GetString("alpha_mode", ""), "blend");
 }
 
 TEST(ObjMaterials, BumpsAreHeightsOrNormalsAsTheirPictureLooks) {

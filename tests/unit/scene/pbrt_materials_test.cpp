@@ -209,6 +209,13 @@ TEST(PbrtMaterials, DisneyAndUnknownOnesAreClose) {
         ".3");
     EXPECT_EQ(disney.type, "metallic_roughness");
     ExpectFloats(disney, "metallic", {0.7f});
+    const Material layers = First(
+        "Material \"disney\" \"rgb color\" [.4 .4 .4] \"float sheen\" .5 \"float clearcoat\" .4 "
+        "\"float clearcoatgloss\" 0 \"float speculartint\" 1");
+    ExpectFloats(layers, "sheen_color", {0.5f, 0.5f, 0.5f});
+    ExpectFloats(layers, "clearcoat", {0.1f});
+    EXPECT_NEAR(layers.params.GetFloat("clearcoat_roughness", 0), std::sqrt(0.1f), 1e-6f);
+    ExpectFloats(layers, "specular_color", {1, 1, 1});
     const Scene scene = LoadMaterial("Material \"subsurface\" \"rgb reflectance\" [.1 .2 .3]");
     ExpectFloats(scene.materials[0], "base_color", {0.1f, 0.2f, 0.3f});
     EXPECT_THAT(Text(scene), HasSubstr("materials of type subsurface"));

@@ -176,5 +176,30 @@ TEST(PbrtFiles, AllThatAreReadAreListed) {
     EXPECT_THAT(files.reads, testing::Not(testing::Contains("geo/m.ply")));
 }
 
+TEST(PbrtSyntax, WhatAnImportSetsHoldsInItAlone) {
+    PbrtFiles files;
+    files["part.pbrt"] = std::string("Translate 1 0 0\nMaterial \"mirror\"\n") + kPbrtTriangle;
+    const auto load = [&](const char* how) {
+        return LoadPbrtText(std::string("WorldBegin\n") + how + " \"part.pbrt\"\n" + kPbrtTriangle,
+                            files);
+    };
+    const Scene included = load("Include"), imported = load("Import");
+    ASSERT_EQ(included.instances.size(), 2u);
+    ASSERT_EQ(imported.instances.size(), 2u);
+    EXPECT_EQ(included.instances[1].to_world.Point({0, 0, 0}).x, 1);
+    EXPECT_EQ(imported.instances[0].to_world.Point({0, 0, 0}).x, 1);
+    EXPECT_EQ(imported.instances[1].to_world.Point({0, 0, 0}).x, 0);
+    const auto type = [](const Scene& scene) {
+        const Mesh& mesh = scene.meshes.at(static_cast<std::size_t>(scene.instances[1].mesh));
+        return scene.materials.at(static_cast<std::size_t>(mesh.material)).type;
+    };
+    EXPECT_EQ(type(included), "conductor");
+    EXPECT_EQ(type(imported), "diffuse");
+    files["part.pbrt"] = "AttributeBegin\n";
+    EXPECT_THAT(MessageOf([&] { load("Import"); }), testing::HasSubstr("part.pbrt:1:1: this"));
+    files["part.pbrt"] = "AttributeEnd\n";
+    EXPECT_THAT(MessageOf([&] { load("Import"); }), testing::HasSubstr("part.pbrt:1:1"));
+}
+
 }  // namespace
 }  // namespace relume::test

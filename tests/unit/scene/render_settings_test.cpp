@@ -42,5 +42,33 @@ TEST(RenderSettings, WrongOnesAreNamed) {
                 HasSubstr("lens radius"));
 }
 
+TEST(RenderSettings, CamerasOfTheirOwnAreChecked) {
+    RenderSettings s;
+    s.width = s.height = 8;
+    s.look = LookCamera{{0, 0, 5}, {0, 0, 0}};
+    EXPECT_NO_THROW(ValidateSettings(s));
+    const auto refuses = [](RenderSettings settings) {
+        try {
+            ValidateSettings(settings);
+            return false;
+        } catch (const Error& error) {
+            return error.code() == ErrorCode::kInvalidArgument;
+        }
+    };
+    RenderSettings bad = s;
+    bad.camera = "front";
+    EXPECT_TRUE(refuses(bad));
+    for (const LookCamera& look :
+         {LookCamera{{0, 0, 5}, {0, 0, 5}}, LookCamera{{0, 0, 5}, {0, 9, 5}},
+          LookCamera{{0, 0, 5}, {0, 0, 0}, {0, 0, 0}},
+          LookCamera{{0, 0, 5}, {0, 0, 0}, {0, 1, 0}, 0.5f},
+          LookCamera{{0, 0, 5}, {0, 0, 0}, {0, 1, 0}, 180},
+          LookCamera{{0, 0, std::nanf("")}, {0, 0, 0}}}) {
+        bad = s;
+        bad.look = look;
+        EXPECT_TRUE(refuses(bad));
+    }
+}
+
 }  // namespace
 }  // namespace relume::test

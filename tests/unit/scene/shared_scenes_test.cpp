@@ -38,7 +38,7 @@ TEST_P(SharedScenes, LoadWithTheTrianglesOfTheTable) {
 INSTANTIATE_TEST_SUITE_P(All, SharedScenes,
                          testing::Values(Known{"sponza", "Sponza.gltf", 262267, 262267, 69},
                                          Known{"chess", "ABeautifulGame.gltf", 1430784, 565848, 33},
-                                         Known{"toycar", "ToyCar.gltf", 108936, 108936, 6},
+                                         Known{"toycar", "ToyCar.gltf", 108936, 108936, 7},
                                          Known{"milk-truck", "CesiumMilkTruck.gltf", 3624, 2856,
                                                1}),
                          [](const auto& param) {

@@ -43,9 +43,10 @@ void ReadLens(const ParamSet& params, const RenderSettings& settings, RayCamera*
 // Reads a camera. Throws kInvalidArgument naming the camera for an unknown type or parameter.
 RayCamera CompileCamera(const Camera& camera, const RenderSettings& settings);
 
-// The camera that the settings name: by name, by index, or "" for the first; a fitted one, with a
-// note, if the scene has none. Throws kNotFound listing the cameras.
-Camera ChooseCamera(const Scene& scene, const RenderSettings& settings,
+// The one that the settings describe (look), or the camera that they name: by name, by index, or ""
+// for the first; a fitted one, with a note, if the scene has none. Throws kNotFound listing the
+// cameras.
+Camera ChooseCamera(const Scene& scene, const Box3f& bounds, const RenderSettings& settings,
                     std::vector<std::string>* notes);
 
 }  // namespace relume::render

@@ -41,13 +41,16 @@ RayCamera CompileCamera(const Camera& camera, const RenderSettings& settings) {
         });
 }
 
-Camera ChooseCamera(const Scene& scene, const RenderSettings& settings,
+Camera ChooseCamera(const Scene& scene, const Box3f& bounds, const RenderSettings& settings,
                     std::vector<std::string>* notes) {
+    if (settings.look) {
+        return MakeLookCamera(*settings.look);
+    }
     if (const Camera* camera = FindCamera(scene, settings.camera)) {
         return *camera;
     }
     notes->push_back("the scene has no camera: one that sees all of it was fitted");
-    return FitCamera(scene,
+    return FitCamera(bounds, scene.name,
                      static_cast<float>(settings.width) / static_cast<float>(settings.height));
 }
 
