@@ -30,15 +30,27 @@ const struct {
          }
          return false;
      }},
-    {"normal maps", [](const Material& m) { return m.params.Has("normal_texture"); }},
+    {"normal maps",
+     [](const Material& m) {
+         return m.params.Has("normal_texture") || m.params.Has("clearcoat_normal_texture");
+     }},
+    {"bump maps", [](const Material& m) { return m.params.Has("bump_texture"); }},
     {"cut-outs (alpha mask)",
      [](const Material& m) { return m.params.GetString("alpha_mode", "opaque") == "mask"; }},
     {"transparency (alpha blend)",
      [](const Material& m) { return m.params.GetString("alpha_mode", "opaque") == "blend"; }},
     {"transmission",
      [](const Material& m) {
-         return m.type == "dielectric" || m.params.GetFloat("transmission", 0) > 0;
+         return m.type == "dielectric" || m.type == "thin_dielectric" ||
+                m.type == "diffuse_transmission" || m.params.GetFloat("transmission", 0) > 0;
      }},
+    {"absorption in glass", [](const Material& m) { return m.params.Has("absorption"); }},
+    {"coats",
+     [](const Material& m) {
+         return m.type.starts_with("coated_") || m.params.GetFloat("clearcoat", 0) > 0;
+     }},
+    {"sheen", [](const Material& m) { return m.params.Has("sheen_color"); }},
+    {"mixed materials", [](const Material& m) { return m.type == "mix"; }},
     {"area lights", Emits},
 };
 

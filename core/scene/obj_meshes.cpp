@@ -64,9 +64,10 @@ class Maker {
         std::unordered_map<std::array<int, 4>, std::uint32_t, KeyHash> vertex_of;
         std::vector<Vec3u> triangles;
         std::vector<std::uint32_t> vertices;
+        std::vector<Vec3f> positions;
         for (const Part* part : parts) {
             for (std::size_t face = part->first_face; face < End(*part); ++face) {
-                const std::vector<Vec3f> positions = Positions(face);
+                GetPositions(face, &positions);
                 const Vec3f flat = Unit(AreaVector(positions));
                 vertices.clear();
                 for (std::size_t i = document_.faces[face]; i < document_.faces[face + 1]; ++i) {
@@ -110,18 +111,19 @@ class Maker {
         }
     }
 
-    std::vector<Vec3f> Positions(std::size_t face) const {
-        std::vector<Vec3f> positions;
+    void GetPositions(std::size_t face, std::vector<Vec3f>* positions) const {
+        positions->clear();
         for (std::size_t i = document_.faces[face]; i < document_.faces[face + 1]; ++i) {
-            positions.push_back(
+            positions->push_back(
                 document_.positions[static_cast<std::size_t>(document_.corners[i].position)]);
         }
-        return positions;
     }
 
     void AddSmooth(const Part& part, std::size_t end) {
+        std::vector<Vec3f> positions;
         for (std::size_t face = part.first_face; face < end; ++face) {
-            const Vec3f area = AreaVector(Positions(face));
+            GetPositions(face, &positions);
+            const Vec3f area = AreaVector(positions);
             for (std::size_t i = document_.faces[face]; i < document_.faces[face + 1]; ++i) {
                 if (document_.corners[i].normal < 0) {
                     smooth_[{document_.corners[i].position, part.smoothing, 0, 0}] += area;

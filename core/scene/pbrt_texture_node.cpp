@@ -67,7 +67,12 @@ Rgb Lookup(const SceneImage& image, float s, float t, const TextureNode& node) {
     const int x1 = Wrap(static_cast<int>(fx) + 1, image.width, node.wrap);
     const int y0 = Wrap(static_cast<int>(fy), image.height, node.wrap);
     const int y1 = Wrap(static_cast<int>(fy) + 1, image.height, node.wrap);
-    const float ax = std::clamp(x - fx, 0.0f, 1.0f), ay = std::clamp(y - fy, 0.0f, 1.0f);
+    // Texels of a picture's own size need no neighbours, but for the rounding of s and t.
+    const auto weight = [](float w) { return w < 1e-3f ? 0 : w > 1 - 1e-3f ? 1 : w; };
+    const float ax = weight(x - fx), ay = weight(y - fy);
+    if ((ax == 0 || ax == 1) && (ay == 0 || ay == 1)) {
+        return Texel(image, ax == 0 ? x0 : x1, ay == 0 ? y0 : y1, node.srgb);
+    }
     return Lerp(ay, Lerp(ax, Texel(image, x0, y0, node.srgb), Texel(image, x1, y0, node.srgb)),
                 Lerp(ax, Texel(image, x0, y1, node.srgb), Texel(image, x1, y1, node.srgb)));
 }
