@@ -2,7 +2,6 @@
 
 #include <utility>
 
-#include "proto/codec/codec.h"
 #include "worker/render/render.h"
 
 namespace relume::worker {
@@ -28,23 +27,6 @@ std::shared_ptr<const LoadedScene> MakeView(const std::shared_ptr<const Shared>&
 }
 
 }  // namespace
-
-std::string BuildKey(const SceneManifest& manifest, const RenderSettings& settings) {
-    // What is not named here is taken to matter.
-    RenderSettings build = settings;
-    const RenderSettings same;
-    build.width = same.width;
-    build.height = same.height;
-    build.crop = same.crop;
-    build.seed = same.seed;
-    build.max_depth = same.max_depth;
-    build.camera = same.camera;
-    build.look = same.look;
-    build.lens_radius = same.lens_radius;
-    build.focus_distance = same.focus_distance;
-    build.allow_black = same.allow_black;
-    return ManifestDigest(manifest) + codec::ToProto(build).SerializeAsString();
-}
 
 SceneLoader MakeSceneLoader() {
     return
