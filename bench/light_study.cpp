@@ -1,7 +1,8 @@
 // How well lights are sampled: seconds and error at equal samples a pixel, on one thread.
 //
-//   relume-light-study SCENE WIDTH HEIGHT SPP REFERENCE.exr [DEPTH [SEEDS [REFERENCE_SPP]]]
+//   relume-light-study SCENE WIDTH HEIGHT SPP REFERENCE.exr [DEPTH [SEEDS [REFERENCE_SPP [MAP]]]]
 //
+// MAP is an environment in the scene's folder.
 // Prints CPU seconds, MrSE against the reference (mean over the seeds), their product, and the mean
 // of the image over that of the reference. The reference is rendered with another seed and written
 // if there is none.
@@ -51,7 +52,7 @@ int Main(int argc, char** argv) {
     if (argc < 6) {
         std::fprintf(stderr,
                      "usage: relume-light-study SCENE WIDTH HEIGHT SPP REFERENCE.exr [DEPTH [SEEDS "
-                     "[REFERENCE_SPP]]]\n");
+                     "[REFERENCE_SPP [MAP]]]]\n");
         return 2;
     }
     const std::filesystem::path file = argv[1], reference_file = argv[5];
@@ -63,9 +64,11 @@ int Main(int argc, char** argv) {
     const int seeds = argc > 7 ? std::atoi(argv[7]) : 1;
     const auto reference_spp = static_cast<std::uint32_t>(argc > 8 ? std::atoi(argv[8]) : 4096);
 
+    LoadOptions options;
+    options.environment = argc > 9 ? argv[9] : "";
     const auto files = MakeFolderSource(file.parent_path().string());
     const auto scene =
-        std::make_shared<const Scene>(LoadScene(*files, file.filename().string(), {}));
+        std::make_shared<const Scene>(LoadScene(*files, file.filename().string(), options));
     if (!std::filesystem::exists(reference_file)) {
         settings.seed = 1000;
         const Rendered reference = Render(scene, settings, reference_spp);

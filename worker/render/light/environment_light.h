@@ -1,12 +1,10 @@
 #pragma once
 
-#include <cstdint>
-#include <vector>
-
 #include "core/math/transform.h"
 #include "core/scene/scene.h"
 #include "worker/render/light/light_sample.h"
-#include "worker/render/texture/texture_set.h"
+#include "worker/render/light/sphere_map.h"
+#include "worker/render/light/texel_table.h"
 
 namespace relume::render {
 
@@ -23,7 +21,7 @@ class EnvironmentLight {
     // Mean radiance over the sphere, average of the channels.
     double mean() const { return mean_; }
     // NaN, infinite or negative values of the map, replaced by 0 or 65504.
-    std::size_t repaired() const { return repaired_; }
+    std::size_t repaired() const { return map_.repaired(); }
 
     // Towards `direction` (world, unit length). `pdf`, if not null: density per solid angle of
     // Sample.
@@ -32,29 +30,13 @@ class EnvironmentLight {
     bool Sample(Vec2f u, LightSample* sample) const;
 
   private:
-    // One row of cumulative probabilities, inverted from a table of first guesses (Chen and Asau
-    // 1974).
-    struct Row {
-        const float* cumulative;     // n + 1
-        const std::uint16_t* guess;  // n
-        int n;
-        // Index and what is left of u, stretched to [0, 1).
-        int Sample(float* u) const;
-    };
-    Row RowOf(int y) const;
-    Row Marginal() const;
-    Rgba Interpolate(float x, float y) const;  // in texels from the corner
-
     Rgb color_;
-    int width_ = 0, height_ = 0;  // 0: one colour
-    std::vector<Rgba> texels_;    // a: weight in the density
+    SphereMap map_;  // empty: one colour
+    TexelTable table_;
     float pdf_scale_ = 0;
-    std::vector<float> cumulative_;     // height rows of width + 1, then the marginal
-    std::vector<std::uint16_t> guess_;  // height rows of width, then the marginal
     bool turned_ = false;
     Transform to_world_, from_world_;
     double mean_ = 0;
-    std::size_t repaired_ = 0;
 };
 
 }  // namespace relume::render
