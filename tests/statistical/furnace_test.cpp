@@ -33,7 +33,7 @@ void ExpectRadiance(std::shared_ptr<const Scene> scene, int depth, std::uint32_t
 TEST(WhiteFurnace, ClosedBoxOfAlbedoOne) {
     // Nothing is lost: each segment of a path meets the same emission.
     ExpectRadiance(Furnace(1, 0.5f), 1, 4, 0.5);
-    ExpectRadiance(Furnace(1, 0.5f), 2, 32, 1.0);
+    ExpectRadiance(Furnace(1, 0.5f), 2, 128, 1.0);
     ExpectRadiance(Furnace(1, 0.5f), 8, 64, 4.0);
 }
 

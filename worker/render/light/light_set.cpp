@@ -11,6 +11,8 @@
 namespace relume::render {
 namespace {
 
+// Strengths are compared only: sums of these, over squared distances, stay finite.
+constexpr float kMostStrength = 1e20f;
 constexpr double kLeastEnvironment = 0.25, kMostEnvironment = 0.5;
 // Points at which the emission of a textured triangle is averaged.
 constexpr std::uint32_t kEmissionPoints = 64;
@@ -130,7 +132,7 @@ void LightSet::AddAreaLights(const Mesh& mesh, const Transform& to_world, std::u
             const TriangleData* data =
                 object.triangles == nullptr ? nullptr : object.triangles + light.triangle;
             const float strength = area * MeanEmission(material, textures_, data);
-            extent.strength = std::isfinite(strength) ? strength : 0;
+            extent.strength = std::min(strength, kMostStrength);
             extent.axis = light.normal;
             extent.reach = kPi / 2;
             extent.both_sides = material.double_sided;
