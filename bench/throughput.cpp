@@ -151,7 +151,7 @@ void ParseSize(const std::string& text, RenderSettings* settings) {
 
 void Run(const Options& options) {
     // As relume-worker does, so that memory is what it has there.
-    mallopt(M_MMAP_THRESHOLD, 32 << 20);
+    mallopt(M_MMAP_THRESHOLD, 1 << 20);
     mallopt(M_TRIM_THRESHOLD, 128 << 20);
     SetThreadCount(std::max(options.threads, 4));
 
@@ -173,7 +173,8 @@ void Run(const Options& options) {
     const SceneBytes bytes = Measure(*scene);
     const std::uint64_t triangles = scene->TriangleCount();
     start = std::chrono::steady_clock::now();
-    const render::Renderer renderer(std::move(scene), settings);
+    const render::Renderer renderer(std::make_shared<render::BuiltScene>(std::move(*scene)),
+                                    settings);
     const double build_seconds = Seconds(start);
 
     // Threads of both numbers in turn.

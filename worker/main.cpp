@@ -85,8 +85,8 @@ int main(int argc, char** argv) {
     }
     std::signal(SIGPIPE, SIG_IGN);
     // Buffers of a few hundred KB come and go with each lease: they are kept, not given back to the
-    // kernel and cleared by it again.
-    mallopt(M_MMAP_THRESHOLD, 32 << 20);
+    // kernel and cleared by it again. Pictures are larger, and go back as they are converted.
+    mallopt(M_MMAP_THRESHOLD, 1 << 20);
     mallopt(M_TRIM_THRESHOLD, 128 << 20);
     try {
         relume::InitLogging("relume-worker", log_level, log_json);

@@ -14,9 +14,9 @@ struct Lit {
     render::Accel accel;
     render::LightSet lights;
 
-    explicit Lit(const Scene& scene)
+    explicit Lit(Scene scene)
         : materials(render::CompileMaterials(scene)),
-          textures(scene, std::vector<bool>(scene.textures.size(), true)),
+          textures(&scene, std::vector<bool>(scene.textures.size(), true), {}),
           accel(scene, materials, textures),
           lights(scene, materials, textures, &accel) {}
 };

@@ -36,9 +36,9 @@ SceneLoader MakeSceneLoader() {
             options.environment_scale = settings.environment_scale;
             auto shared = std::make_shared<Shared>();
             {
-                const Scene scene = LoadScene(files, manifest.main, options);
+                Scene scene = LoadScene(files, manifest.main, options);
                 shared->notes = scene.notes;
-                shared->built = std::make_shared<const render::BuiltScene>(scene);
+                shared->built = std::make_shared<const render::BuiltScene>(std::move(scene));
             }
             return MakeView(shared, settings);
         };

@@ -11,6 +11,7 @@
 #include "core/film/moments.h"
 #include "worker/render/accel/accel.h"
 #include "worker/render/bsdf/registry.h"
+#include "worker/render/bsdf/texture_packs.h"
 #include "worker/render/camera/ray_camera.h"
 #include "worker/render/floating_point_mode.h"
 #include "worker/render/integrator/path_tracer.h"
@@ -27,7 +28,17 @@ double ThreadSeconds() {
     return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-// Textures of the materials of meshes that are there.
+// Materials of meshes that are there.
+std::vector<bool> UsedMaterials(const Scene& scene) {
+    std::vector<bool> used(scene.materials.size(), false);
+    for (const Instance& instance : scene.instances) {
+        const Mesh& mesh = scene.meshes[static_cast<std::size_t>(instance.mesh)];
+        used[static_cast<std::size_t>(mesh.material)] = true;
+    }
+    return used;
+}
+
+// Textures of those materials.
 std::vector<bool> UsedTextures(const Scene& scene, const std::vector<CompiledMaterial>& materials) {
     std::vector<bool> used(scene.textures.size(), false);
     const auto mark = [&](const CompiledMaterial& material, const auto& again) -> void {
@@ -48,6 +59,12 @@ std::vector<bool> UsedTextures(const Scene& scene, const std::vector<CompiledMat
     return used;
 }
 
+TextureSet MakeTextures(Scene* scene, std::vector<CompiledMaterial>* materials) {
+    const std::vector<TexturePack> packs =
+        PlanTexturePacks(*scene, UsedMaterials(*scene), materials);
+    return TextureSet(scene, UsedTextures(*scene, *materials), packs);
+}
+
 }  // namespace
 
 struct BuiltScene::Impl {
@@ -59,10 +76,10 @@ struct BuiltScene::Impl {
     LightSet lights;
     std::vector<std::string> notes;
 
-    explicit Impl(const Scene& scene)
+    explicit Impl(Scene scene)
         : bounds(scene.Bounds()),
           materials(CompileMaterials(scene)),
-          textures(scene, UsedTextures(scene, materials)),
+          textures(MakeTextures(&scene, &materials)),
           accel(scene, materials, textures),
           lights(scene, materials, textures, &accel) {
         cameras.name = scene.name;
@@ -78,10 +95,10 @@ struct BuiltScene::Impl {
     }
 };
 
-BuiltScene::BuiltScene(const Scene& scene) {
+BuiltScene::BuiltScene(Scene scene) {
     CheckCpu();
     const FloatingPointMode mode;
-    impl_ = std::make_unique<Impl>(scene);
+    impl_ = std::make_unique<Impl>(std::move(scene));
 }
 
 BuiltScene::~BuiltScene() = default;

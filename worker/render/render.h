@@ -15,9 +15,10 @@ namespace relume::render {
 // lights. Immutable, thread-safe.
 class BuiltScene {
   public:
-    // Builds in parallel (core/base/parallel.h). Keeps what it needs of `scene`. Throws Error
-    // naming material or light if a type or parameter is unknown.
-    explicit BuiltScene(const Scene& scene);
+    // Builds in parallel (core/base/parallel.h). Throws Error naming material or light if a type
+    // or parameter is unknown. Move the scene in: its pictures are then freed one by one as they
+    // are converted, and memory never holds them twice.
+    explicit BuiltScene(Scene scene);
     ~BuiltScene();
 
   private:

@@ -20,17 +20,20 @@ Vec3f TangentAt(const Object& object, const Hit& hit) {
     return object.TransformTangent(object.triangles[hit.triangle].Tangent(hit.u, hit.v));
 }
 
-// glTF 2.0, 3.9.3.
-Vec3f MappedNormal(const Object& object, const Hit& hit, Vec3f normal, Vec2f uv, TextureId texture,
-                   float scale, const TextureSet& textures) {
+Vec3f NormalTexel(const TextureSet& textures, TextureId id, Vec2f uv) {
+    const Rgba t = textures.Lookup(id, uv);
+    return {t.r, t.g, t.b};
+}
+
+// glTF 2.0, 3.9.3; `t` is what the map holds, in [0, 1].
+Vec3f MappedNormal(const Object& object, const Hit& hit, Vec3f normal, Vec3f t, float scale) {
     const Frame frame = Frame::FromZX(normal, TangentAt(object, hit));
     const int nearest = hit.u + hit.v < 0.5f ? 0 : hit.u > hit.v ? 1 : 2;
     const std::uint16_t signs = object.triangles[hit.triangle].tangent_signs;
     const bool negative = (((signs >> nearest) & 1) != 0) != object.mirrored;
-    const Rgba t = textures.Lookup(texture, uv);
-    const float x = (2 * t.r - 1) * scale, y = (2 * t.g - 1) * scale;
+    const float x = (2 * t.x - 1) * scale, y = (2 * t.y - 1) * scale;
     const Vec3f n =
-        frame.x * x + frame.y * (negative ? -y : y) + frame.z * std::max(2 * t.b - 1, 1e-3f);
+        frame.x * x + frame.y * (negative ? -y : y) + frame.z * std::max(2 * t.z - 1, 1e-3f);
     return Normalize(n);
 }
 
@@ -59,7 +62,8 @@ Vec2f HitUv(const Object& object, const Hit& hit) {
 }
 
 Surface MakeSurface(const Object& object, const Hit& hit, Vec3f origin, Vec3f direction, Vec2f uv,
-                    const CompiledMaterial& material, const TextureSet& textures) {
+                    const CompiledMaterial& material, const TextureSet& textures,
+                    const SurfaceTexels* texels) {
     Surface s;
     s.uv = uv;
     s.point = origin + direction * hit.t;
@@ -88,14 +92,17 @@ Surface MakeSurface(const Object& object, const Hit& hit, Vec3f origin, Vec3f di
     if (material.model == Model::kLayered) {
         Vec3f coat = normal;
         if (mapped && material.clearcoat_normal_texture >= 0) {
-            coat = MappedNormal(object, hit, normal, uv, material.clearcoat_normal_texture,
-                                material.clearcoat_normal_scale, textures);
+            coat = MappedNormal(object, hit, normal,
+                                NormalTexel(textures, material.clearcoat_normal_texture, uv),
+                                material.clearcoat_normal_scale);
         }
         s.at.coat = s.at.front ? coat : -coat;
     }
     if (mapped && material.normal_texture >= 0) {
-        normal = MappedNormal(object, hit, normal, uv, material.normal_texture,
-                              material.normal_scale, textures);
+        normal = MappedNormal(
+            object, hit, normal,
+            texels != nullptr ? texels->normal : NormalTexel(textures, material.normal_texture, uv),
+            material.normal_scale);
     }
     if (object.gradients != nullptr) {
         normal = BumpedNormal(object, hit, normal, uv, material, textures);

@@ -22,8 +22,10 @@ struct Surface {
 // The point's place is known before its normal: textures can be asked for in between.
 Vec2f HitUv(const Object& object, const Hit& hit);
 
-// `origin` and `direction` (unit length) are those of the ray.
+// `origin` and `direction` (unit length) are those of the ray; `texels` those of the material's
+// pack, if it has one.
 Surface MakeSurface(const Object& object, const Hit& hit, Vec3f origin, Vec3f direction, Vec2f uv,
-                    const CompiledMaterial& material, const TextureSet& textures);
+                    const CompiledMaterial& material, const TextureSet& textures,
+                    const SurfaceTexels* texels = nullptr);
 
 }  // namespace relume::render

@@ -36,9 +36,9 @@ auto Visit(const Variant& model, F&& f) {
 }  // namespace
 
 Bsdf::Bsdf(const CompiledMaterial& m, const TextureSet& textures, Vec2f uv, const ShadingFrame& at,
-           Vec3f wo)
+           Vec3f wo, const SurfaceTexels* texels)
     : at_(at) {
-    LobeSite site{m, textures, uv, at.frame.ToLocal(wo), at.front};
+    LobeSite site{m, textures, uv, at.frame.ToLocal(wo), at.front, texels};
     site.wo.z = std::max(site.wo.z, 1e-4f);
     switch (m.model) {
         case Model::kMetallicRoughness:

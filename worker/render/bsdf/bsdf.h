@@ -38,9 +38,9 @@ struct BsdfSample {
 // f = 0. Plain data on the stack; no virtual calls: a switch on the model (lobe.h).
 class Bsdf {
   public:
-    // `material` is no mix (see ResolveMix).
+    // `material` is no mix (see ResolveMix). `texels`: those of its pack; null if it has none.
     Bsdf(const CompiledMaterial& material, const TextureSet& textures, Vec2f uv,
-         const ShadingFrame& at, Vec3f wo);
+         const ShadingFrame& at, Vec3f wo, const SurfaceTexels* texels = nullptr);
 
     // Of all lobes that are not perfectly specular.
     BsdfValue Evaluate(Vec3f wi) const;

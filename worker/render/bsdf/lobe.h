@@ -37,6 +37,7 @@ struct LobeSite {
     Vec2f uv;
     Vec3f wo;
     bool front = true;  // wo is on the side from which triangles are counter-clockwise
+    const SurfaceTexels* texels = nullptr;  // of the material's pack, if it has one
 
     Rgb Color(Rgb value, TextureId texture) const { return Textured(value, texture, textures, uv); }
     float Number(float value, TextureId texture) const {

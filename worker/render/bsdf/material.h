@@ -40,6 +40,8 @@ struct CompiledMaterial {
     bool anisotropic = false;   // the shading frame must follow the tangent
     bool needs_uv = false, needs_tangents = false;  // see FinishMaterials
 
+    int pack = -1;  // that base colour, normal and metallic-roughness textures are read by
+
     Rgb base_color{1, 1, 1};
     TextureId base_color_texture = -1;
     float metallic = 0, roughness = 1;

@@ -38,10 +38,14 @@ CompiledMaterial MakeMetallicRoughness(const ParamSet& params, const Scene& scen
 MetallicRoughnessModel::MetallicRoughnessModel(const LobeSite& site, LobeTraits* traits)
     : wo_(site.wo) {
     const CompiledMaterial& m = site.material;
-    const Rgb base = site.Color(m.base_color, m.base_color_texture);
+    const Rgb base = site.texels != nullptr ? m.base_color * site.texels->base
+                                            : site.Color(m.base_color, m.base_color_texture);
     traits->albedo = base;
     float roughness = m.roughness, metallic = m.metallic;
-    if (m.metallic_roughness_texture >= 0) {
+    if (site.texels != nullptr) {
+        roughness *= site.texels->roughness;
+        metallic *= site.texels->metallic;
+    } else if (m.metallic_roughness_texture >= 0) {
         const Rgba t = site.textures.Lookup(m.metallic_roughness_texture, site.uv);
         roughness *= t.g;
         metallic *= t.b;

@@ -126,6 +126,10 @@ void PathTracer::PrefetchTextures(Path* path) const {
     const Object& object = accel_.objects()[path->hit.object];
     path->uv = HitUv(object, path->hit);
     const CompiledMaterial& m = materials_[object.material];
+    if (m.pack >= 0) {
+        textures_.PrefetchPack(m.pack, path->uv);
+        return;
+    }
     for (const TextureId id :
          {m.base_color_texture, m.metallic_roughness_texture, m.normal_texture}) {
         if (id >= 0) {
@@ -178,8 +182,14 @@ bool PathTracer::Shade(Path* path, int depth, const Randoms& randoms, std::size_
     path->shadow_is_feature = false;
     const Object& object = accel_.objects()[path->hit.object];
     const CompiledMaterial& material = materials_[object.material];
+    SurfaceTexels packed;
+    const SurfaceTexels* texels = nullptr;
+    if (material.pack >= 0) {
+        packed = textures_.LookupPack(material.pack, path->uv);
+        texels = &packed;
+    }
     const Surface surface = MakeSurface(object, path->hit, path->origin, path->direction, path->uv,
-                                        material, textures_);
+                                        material, textures_, texels);
     if (absorbs_) {
         const Rgb t = path->absorption * -path->hit.t;
         path->throughput *= Rgb{Exp(t.x), Exp(t.y), Exp(t.z)};
@@ -193,7 +203,7 @@ bool PathTracer::Shade(Path* path, int depth, const Randoms& randoms, std::size_
             ? material
             : ResolveMix(material, materials_, textures_, surface.uv,
                          path->sampler.Bits(VertexBase(depth) + kMixDimension));
-    const Bsdf bsdf(part, textures_, surface.uv, surface.at, -path->direction);
+    const Bsdf bsdf(part, textures_, surface.uv, surface.at, -path->direction, texels);
     if (path->features_open) {
         WriteFeatures(surface, bsdf, path);
     }

@@ -116,6 +116,50 @@ Rgba TextureSet::Lookup(TextureId id, Vec2f uv) const {
     return out;
 }
 
+namespace {
+
+const std::uint8_t* PackTexel(const TextureView& t, int x, int y) {
+    const int block = (y >> 1) * t.blocks_per_row + (x >> 2);
+    return t.bytes + 8 * (static_cast<std::size_t>(block) * 8 +
+                          static_cast<std::size_t>((y & 1) * 4 + (x & 3)));
+}
+
+__m256 DecodePack(const TextureView& t, int x, int y) {
+    const std::uint8_t* texel = PackTexel(t, x, y);
+    const __m256i codes = _mm256_cvtepu8_epi32(_mm_loadu_si64(texel));
+    const __m256 linear = _mm256_mul_ps(_mm256_cvtepi32_ps(codes), _mm256_set1_ps(1.0f / 255));
+    const __m128 base = _mm_setr_ps(kDecode[texel[0]], kDecode[texel[1]], kDecode[texel[2]], 0);
+    return _mm256_blend_ps(linear, _mm256_castps128_ps256(base), 0b00000111);
+}
+
+__m256 Mix(__m256 a, __m256 b, float t) {
+    return _mm256_add_ps(a, _mm256_mul_ps(_mm256_sub_ps(b, a), _mm256_set1_ps(t)));
+}
+
+}  // namespace
+
+SurfaceTexels TextureSet::LookupPack(int pack, Vec2f uv) const {
+    const TextureView& t = packs_[static_cast<std::size_t>(pack)];
+    const Footprint f = Locate(t, uv);
+    __m256 value = DecodePack(t, f.u.i0, f.v.i0);
+    if (!t.nearest) {
+        const __m256 upper = Mix(value, DecodePack(t, f.u.i1, f.v.i0), f.u.weight);
+        const __m256 lower =
+            Mix(DecodePack(t, f.u.i0, f.v.i1), DecodePack(t, f.u.i1, f.v.i1), f.u.weight);
+        value = Mix(upper, lower, f.v.weight);
+    }
+    alignas(32) float v[8];
+    _mm256_store_ps(v, value);
+    return {{v[0], v[1], v[2]}, {v[4], v[5], v[3]}, v[6], v[7]};
+}
+
+void TextureSet::PrefetchPack(int pack, Vec2f uv) const {
+    const TextureView& t = packs_[static_cast<std::size_t>(pack)];
+    const Footprint f = Locate(t, uv);
+    _mm_prefetch(reinterpret_cast<const char*>(PackTexel(t, f.u.i0, f.v.i0)), _MM_HINT_T0);
+    _mm_prefetch(reinterpret_cast<const char*>(PackTexel(t, f.u.i1, f.v.i1)), _MM_HINT_T0);
+}
+
 Vec2f TextureSet::TexelSize(TextureId id) const {
     const TextureView& t = views_[static_cast<std::size_t>(id)];
     const float u = std::max(std::abs(t.m[0]), std::abs(t.m[3]));
