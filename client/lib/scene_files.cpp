@@ -143,12 +143,15 @@ std::vector<std::string> CheckScene(const Scene& scene, const RenderSettings& se
 
 void RequireNoNotes(const Scene& scene) {
     if (!scene.notes.empty()) {
-        ThrowInvalidArgument(fmt::format(
-            "{}: {} of the scene can't be rendered as it stands: {}; change the scene or leave out "
-            "--strict",
-            scene.name,
-            scene.notes.size() == 1 ? "one thing" : fmt::format("{} things", scene.notes.size()),
-            fmt::join(scene.notes, "; ")));
+        ThrowInvalidArgument(
+            fmt::format("{}: not rendered, since --strict was given and {} or replaced: {}; change "
+                        "the scene or "
+                        "leave out --strict",
+                        scene.name,
+                        scene.notes.size() == 1
+                            ? "one thing is not supported"
+                            : fmt::format("{} things are not supported", scene.notes.size()),
+                        fmt::join(scene.notes, "; ")));
     }
 }
 

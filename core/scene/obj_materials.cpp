@@ -71,8 +71,20 @@ std::vector<int> Materials::Convert(const Document& document,
     for (const MtlMaterial& material : library) {
         by_name.emplace(material.name, &material);  // the first one of a name
     }
-    std::vector<int> index_of(document.material_uses.size() + 1, 0);
-    materials_.push_back(Default());
+    std::vector<int> index_of(document.material_uses.size() + 1, -1);
+    int default_index = -1;
+    const auto use_default = [&](std::size_t index) {
+        if (default_index < 0) {
+            default_index = static_cast<int>(materials_.size());
+            materials_.push_back(Default());
+        }
+        index_of[index] = default_index;
+    };
+    const bool bare = std::any_of(document.parts.begin(), document.parts.end(),
+                                  [](const Part& part) { return part.material < 0; });
+    if (bare || document.parts.empty()) {
+        use_default(0);
+    }
     for (std::size_t i = 0; i < document.material_uses.size(); ++i) {
         const Document::Named& use = document.material_uses[i];
         const auto it = by_name.find(use.name);
@@ -80,6 +92,7 @@ std::vector<int> Materials::Convert(const Document& document,
             notes_->Add(use.place, fmt::format("the material '{}' is in no library: the default is "
                                                "used",
                                                use.name));
+            use_default(i + 1);
             continue;
         }
         Material material;

@@ -22,7 +22,7 @@ class Materials {
   public:
     explicit Materials(Notes* notes) : notes_(notes) {}
 
-    // The materials of `document.material_uses`, each by its name, and the default before them:
+    // The materials of `document.material_uses`, each by its name, and before them the default:
     // what MakeMeshes wants.
     std::vector<int> Convert(const Document& document, const std::vector<MtlMaterial>& library);
 

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/base/error.h"
 #include "tests/support/scenes.h"
 
 namespace relume::test {
@@ -60,6 +61,33 @@ TEST(DirectLight, DirectionalAndSpotLights) {
     scene->lights[0].to_world = Transform::LookAt({0, 2, 0}, {2 * std::tan(0.3f), 0, 0}, {1, 0, 0});
     const float ramp = (std::cos(0.3f) - std::cos(0.4f)) / (std::cos(0.2f) - std::cos(0.4f));
     ExpectRadiance(scene, 4, Rgb{1, 1, 1} * (0.5f / kPi * 8 / 4 * ramp * ramp));
+}
+
+TEST(DirectLight, GoniometricLightsShineAsTheirPictureSays) {
+    // 4 x 3 texels, each of its own grey.
+    auto scene = Floor(0.5f);
+    SceneImage image;
+    image.name = "lamp";
+    image.width = 4;
+    image.height = 3;
+    image.channels = 3;
+    for (int i = 0; i < 12; ++i) {
+        image.floats.insert(image.floats.end(), 3, static_cast<float>(i + 1));
+    }
+    scene->images.push_back(image);
+    Light light;
+    light.type = "goniometric";
+    light.params.Set("intensity", std::vector<float>{2, 4, 6});
+    light.params.Set("image", 0.0f);
+    // Local +x is below: u = 0.5 + atan2(1, 0) / 2 pi = 3/4, v = 1/2: between texels 2 and 3 of the
+    // row in the middle, 7 and 8.
+    light.to_world = Transform({0, 0, 1, 0, -1, 0, 0, 2, 0, -1, 0, 0});
+    scene->lights.push_back(light);
+    const float e = 0.5f / kPi / 4 * 7.5f;
+    ExpectRadiance(scene, 4, {2 * e, 4 * e, 6 * e}, 1e-3);
+
+    scene->lights[0].params.Set("image", 3.0f);
+    EXPECT_THROW(RenderAll(scene, Settings(4, 4, 2), 1), Error);
 }
 
 // Form factor from a horizontal patch to a parallel rectangle a x b at height h with a corner above

@@ -153,7 +153,7 @@ void LightSet::AddAreaLights(const Mesh& mesh, const Transform& to_world, std::u
 void LightSet::AddPunctualLights(const Scene& scene, float radius,
                                  std::vector<LightExtent>* extents, Powers* powers) {
     for (const Light& light : scene.lights) {
-        const PunctualLight compiled = CompileLight(light);
+        const PunctualLight compiled = CompileLight(scene, light);
         const double power = compiled.Power(radius);
         if (!(power > 0)) {
             continue;

@@ -38,7 +38,12 @@ bool PunctualLight::Illuminate(Vec3f p, LightSample* sample) const {
         arriving *= Cone(-Dot(direction, sample->wi));
     }
     sample->radiance = strength * arriving;
-    return arriving > 0;
+    if (kind == Kind::kGoniometric) {
+        const SphereMap::Place place = map->Find(Normalize(from_world.Vector(-sample->wi)));
+        const Rgba share = map->Interpolate(place.x, place.y);
+        sample->radiance *= Rgb{share.r, share.g, share.b};
+    }
+    return MaxComponent(sample->radiance) > 0;
 }
 
 LightExtent PunctualLight::Extent() const {
@@ -51,6 +56,8 @@ LightExtent PunctualLight::Extent() const {
     if (kind == Kind::kSpot) {
         extent.spread = std::max(cone_inner, cone_outer - kPi / 2);
         extent.reach = cone_outer - extent.spread;
+    } else if (kind == Kind::kGoniometric) {
+        extent.strength *= static_cast<float>(map->mean());
     }
     return extent;
 }
@@ -61,6 +68,8 @@ double PunctualLight::Power(float scene_radius) const {
             return 4 * kPi * Average(strength);
         case Kind::kSpot:
             return cone_solid_angle * Average(strength);
+        case Kind::kGoniometric:
+            return 4 * kPi * Average(strength) * map->mean();
         case Kind::kDirectional:
             break;
     }

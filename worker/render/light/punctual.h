@@ -1,16 +1,18 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 
 #include "core/scene/scene.h"
 #include "worker/render/light/light_bounds.h"
 #include "worker/render/light/light_sample.h"
+#include "worker/render/light/sphere_map.h"
 
 namespace relume::render {
 
-// A point, spot or directional light (KHR_lights_punctual), as plain data.
+// A light without a surface: point, spot or directional (KHR_lights_punctual), or goniometric.
 struct PunctualLight {
-    enum class Kind : std::uint8_t { kPoint, kSpot, kDirectional };
+    enum class Kind : std::uint8_t { kPoint, kSpot, kDirectional, kGoniometric };
     enum class Falloff : std::uint8_t { kSquare, kSmoothstep, kQuartic };
 
     Kind kind = Kind::kPoint;
@@ -21,6 +23,9 @@ struct PunctualLight {
     Falloff falloff = Falloff::kSquare;
     float cone_inner = 0, cone_outer = 0;  // spot: half angles, radians
     float cone_solid_angle = 0;            // spot: integral of the falloff, sr
+    int image = -1;                        // goniometric: of Scene::images
+    std::shared_ptr<const SphereMap> map;  // goniometric: scales strength by direction, local space
+    Transform from_world;                  // goniometric
 
     // All but the pdf; false if no light goes to p.
     bool Illuminate(Vec3f p, LightSample* sample) const;
@@ -33,6 +38,6 @@ struct PunctualLight {
 };
 
 // Reads a scene's light. Throws kInvalidArgument naming the light for an unknown type or parameter.
-PunctualLight CompileLight(const Light& light);
+PunctualLight CompileLight(const Scene& scene, const Light& light);
 
 }  // namespace relume::render
