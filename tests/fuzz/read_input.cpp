@@ -165,7 +165,8 @@ void ReadTexts(std::string_view bytes) {
         } catch (const Error&) {
         }
         if (const auto path = CollapseDots(line)) {
-            Promise(path->empty() || path->front() != '/', "a collapsed path is absolute");
+            Promise(!path->empty() && path->front() != '/',
+                    "a collapsed path is absolute or empty");
         }
         manifest.entries.push_back({line, line.size(), std::string(64, 'a')});
         manifest.main = manifest.entries.front().path;
