@@ -7,12 +7,10 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <string>
 #include <vector>
 
@@ -68,16 +66,7 @@ double Seconds(std::chrono::steady_clock::time_point since) {
 double Mega(double x) { return x / 1e6; }
 double MiB(std::size_t bytes) { return static_cast<double>(bytes) / (1 << 20); }
 
-Camera CameraAt(const Options& options) {
-    const Vec3f from{options.look_from[0], options.look_from[1], options.look_from[2]};
-    const Vec3f at{options.look_at[0], options.look_at[1], options.look_at[2]};
-    Camera camera;
-    camera.name = "bench";
-    camera.type = "perspective";
-    camera.params.Set("yfov", options.fov * std::numbers::pi_v<float> / 180);
-    camera.to_world = Transform::LookAt(from, at, {0, 1, 0});
-    return camera;
-}
+Vec3f ToVec(const std::vector<float>& v) { return {v[0], v[1], v[2]}; }
 
 struct SceneBytes {
     std::size_t pictures = 0;  // decoded
@@ -158,17 +147,20 @@ void Run(const Options& options) {
     RenderSettings settings;
     ParseSize(options.size, &settings);
     settings.max_depth = options.depth;
+    if (!options.look_from.empty()) {
+        settings.look.emplace();
+        settings.look->from = ToVec(options.look_from);
+        settings.look->at = ToVec(options.look_at);
+        settings.look->fov = options.fov;
+    }
 
     // Load and build.
     auto start = std::chrono::steady_clock::now();
     const SceneAndEnvironment files(options);
     LoadOptions load;
     load.environment = files.environment_name();
-    auto scene = std::make_shared<Scene>(
+    auto scene = std::make_shared<const Scene>(
         LoadScene(files, std::filesystem::path(options.scene).filename().string(), load));
-    if (!options.look_from.empty()) {
-        scene->cameras.assign(1, CameraAt(options));
-    }
     const double load_seconds = Seconds(start);
     const SceneBytes bytes = Measure(*scene);
     const std::uint64_t triangles = scene->TriangleCount();

@@ -181,7 +181,11 @@ Image MakeImage(const Imf::Header& header, std::size_t file_size, const std::str
             kMaxReadPixels) {
         ThrowUnsupported(name, "its tiles are too large");
     }
-    if (width * height * count / MaxValuesPerByte(header.compression()) >
+    // Above 1 GiB of values the wavelet and block methods get no more than the others.
+    constexpr std::int64_t kManyValues = std::int64_t{1} << 28;
+    const std::int64_t values = width * height * count;
+    const std::int64_t a_byte = MaxValuesPerByte(header.compression());
+    if (values / (values > kManyValues ? std::min<std::int64_t>(a_byte, 1032) : a_byte) >
         static_cast<std::int64_t>(file_size)) {
         ThrowTruncated(name);
     }

@@ -120,7 +120,11 @@ std::optional<std::string> CollapseDots(const std::string& path) {
         }
         begin = end + 1;
     }
-    return fmt::format("{}", fmt::join(parts, "/"));
+    const std::string collapsed = fmt::format("{}", fmt::join(parts, "/"));
+    if (collapsed.empty() || collapsed.front() == '/') {  // "./", ".//a"
+        return std::nullopt;
+    }
+    return collapsed;
 }
 
 std::string UriToName(std::string_view uri, const SourceLocation& place) {

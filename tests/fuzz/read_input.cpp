@@ -128,7 +128,7 @@ void ReadPicture(std::string_view bytes) {
                                    static_cast<std::size_t>(image.channels);
         Promise(values > 0 && image.bytes.size() + image.floats.size() == values,
                 "values do not match the size");
-        Promise(has_size && size.width == image.width && size.height == image.height,
+        Promise(!has_size || (size.width == image.width && size.height == image.height),
                 "header and picture disagree");
     } catch (const Error&) {
     }
@@ -165,7 +165,8 @@ void ReadTexts(std::string_view bytes) {
         } catch (const Error&) {
         }
         if (const auto path = CollapseDots(line)) {
-            Promise(path->empty() || path->front() != '/', "a collapsed path is absolute");
+            Promise(!path->empty() && path->front() != '/',
+                    "a collapsed path is absolute or empty");
         }
         manifest.entries.push_back({line, line.size(), std::string(64, 'a')});
         manifest.main = manifest.entries.front().path;

@@ -154,6 +154,23 @@ TEST(Exr, HugeWindowsAreRejectedBeforeMemoryIsTaken) {
     EXPECT_STREQ(error.what(), "short.exr: the EXR is truncated; restore the file");
 }
 
+TEST(Exr, NoMethodPacksGigabytesIntoAFewBytes) {
+    std::string bytes = EncodeExr(Image(4, 4, {"R", "G"}));
+    const auto method =
+        bytes.find("compression") + std::string("compression.compression.????").size();
+    const auto window = bytes.find("dataWindow") + std::string("dataWindow.box2i.????").size();
+    const std::int32_t last = (1 << 14) - 1;  // 2^29 values, 2 GiB
+    bytes.replace(window + 8, 4, reinterpret_cast<const char*>(&last), 4);
+    bytes.replace(window + 12, 4, reinterpret_cast<const char*>(&last), 4);
+    bytes.resize(8192);                         // with 2^18 values a byte, it might be whole
+    for (const int packed_by : {4, 6, 8, 9}) {  // PIZ, B44, DWAA, DWAB
+        bytes[method] = static_cast<char>(packed_by);
+        const Error error = Fails([&] { ParseExr(bytes, "short.exr"); });
+        EXPECT_STREQ(error.what(), "short.exr: the EXR is truncated; restore the file")
+            << packed_by;
+    }
+}
+
 TEST(Exr, AnEmptyImageIsNotWritten) {
     EXPECT_EQ(Fails([] { EncodeExr(Image(0, 0, {"R"})); }).code(), ErrorCode::kInvalidArgument);
     EXPECT_EQ(Fails([] { EncodeExr(Image(1, 1)); }).code(), ErrorCode::kInvalidArgument);
