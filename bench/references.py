@@ -6,6 +6,9 @@ channel, the median over pixels of the squared relative error against the nearer
 scene's width and height. There a pixel of --spp samples is 16 pixels of --spp / 16 of the full size: the pixel filter is
 a box, so both are the same average.
 
+Each scene is rendered twice, with two seeds and half the samples each, and a z-test tells whether the two differ by
+their noise alone.
+
 Needs python3-numpy and python3-openimageio.
 """
 import argparse
@@ -30,14 +33,14 @@ SCENES = {
 ONE_REFERENCE = {"veach-ajar"}
 
 
-def read(path):
+def read(path, layer=""):
     picture = oiio.ImageInput.open(path)
     if picture is None:
         sys.exit(f"{path}: {oiio.geterror()}")
     pixels = picture.read_image("float")
     names = list(picture.spec().channelnames)
     picture.close()
-    return np.stack([pixels[:, :, names.index(c)] for c in "RGB"], axis=2).astype(np.float64)
+    return np.stack([pixels[:, :, names.index(layer + c)] for c in "RGB"], axis=2).astype(np.float64)
 
 
 def read_tone_mapped(path):
@@ -71,6 +74,23 @@ def png(path, image):
     out.open(path, oiio.ImageSpec(image.shape[1], image.shape[0], 3, "uint8"))
     out.write_image(np.round(255 * code).astype(np.uint8))
     out.close()
+
+
+def z_test(one, other):
+    """Are two renders with independent seeds as far apart as their own variances say? Per pixel and channel z is the
+    difference over its standard deviation: its mean must be 0 within 4 standard errors, and the median and the 95th
+    percentile of its square at most 10 and 15 % above those of a normal variable. (The variances are estimates, too, and beside lamps
+    samples are too skewed for means of squares.)"""
+    a, b = read(one), read(other)
+    variance = read(one, "variance.") + read(other, "variance.")
+    lit = variance > 0
+    z = (a - b)[lit] / np.sqrt(variance[lit])
+    mean = np.clip(z, -5, 5).mean() * np.sqrt(z.size / 3)  # the channels go together
+    median, high = np.quantile(z**2, [0.5, 0.95])
+    passed = abs(mean) < 4 and median < 1.1 * 0.455 and high < 1.15 * 3.84
+    print(f"{'':12s} z-test    mean {mean:.2f} standard errors, median of squares {median:.3f} (0.455), 95 % below {high:.2f} "
+          f"(3.84)  {'passed' if passed else 'FAILED'}")
+    return passed
 
 
 def compare(name, ours, references, tolerance):
@@ -122,14 +142,17 @@ def main():
             references["Tungsten"] = reduce(read(tungsten), size)
         elif name not in ONE_REFERENCE:
             references["Tungsten"] = reduce(read_tone_mapped(os.path.join(folder, "reference.png")), size)
-        image = os.path.join(options.out, f"{name}.exr")
-        subprocess.run([options.relume, "render", os.path.join(folder, scene), "--size", f"{size[1]}x{size[0]}", "--spp",
-                        str(options.spp), "--sampler", "uniform", "--filter", "none", "--max-depth", str(depth_of(os.path.join(folder, scene))), "--workers",
-                        "1", "--threads", str(options.threads), "--quiet", "-o", image], check=True,
-                       stdout=subprocess.DEVNULL)
-        ours = read(image)
+        images = [os.path.join(options.out, f"{name}{end}.exr") for end in ("", "-other-seed")]
+        for seed, image in enumerate(images):
+            spp = options.spp // 2
+            subprocess.run([options.relume, "render", os.path.join(folder, scene), "--size", f"{size[1]}x{size[0]}",
+                            "--spp", str(spp), "--sampler", "uniform", "--filter", "none", "--max-depth",
+                            str(depth_of(os.path.join(folder, scene))), "--seed", str(seed), "--workers", "1",
+                            "--threads", str(options.threads), "--quiet", "-o", image], check=True,
+                           stdout=subprocess.DEVNULL)
+        ours = 0.5 * (read(images[0]) + read(images[1]))
         inside, median = compare(name, ours, references, 0.05 if len(references) == 1 else 0.03)
-        if not inside or (limit is not None and median > limit):
+        if not z_test(*images) or not inside or (limit is not None and median > limit):
             failed.append(name)
         # Ours, the reference, and the relative difference: grey is none, red too bright, blue too dark.
         reference = references.get("Tungsten", pbrt)
