@@ -142,10 +142,9 @@ class Reader {
                         "the goniometric light's transformation is uneven: only its rotation and "
                         "place are used");
         }
-        // pbrt-v3 turns the map to have y up, by swapping y and z.
+        // pbrt turns the map to have y up, by swapping y and z; both versions do.
         const Transform swap({1, 0, 0, 0, 0, 0, 1, 0, 0, 1, 0, 0});
-        Add(light, "goniometric", rigid * (map3.empty() ? Transform() : swap) * FromMap(),
-            "intensity", intensity);
+        Add(light, "goniometric", rigid * swap * FromMap(), "intensity", intensity);
         return true;
     }
 

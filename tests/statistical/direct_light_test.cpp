@@ -63,6 +63,34 @@ TEST(DirectLight, DirectionalAndSpotLights) {
     ExpectRadiance(scene, 4, Rgb{1, 1, 1} * (0.5f / kPi * 8 / 4 * ramp * ramp));
 }
 
+TEST(DirectLight, FalloffsOfSpotLights) {
+    auto scene = Floor(0.5f);
+    Light spot;
+    spot.type = "spot";
+    spot.params.Set("intensity", std::vector<float>{8, 8, 8});
+    spot.params.Set("inner_angle", 0.2f);
+    spot.params.Set("outer_angle", 0.4f);
+    spot.to_world = Transform::LookAt({0, 2, 0}, {2 * std::tan(0.3f), 0, 0}, {1, 0, 0});
+    const float t = (std::cos(0.3f) - std::cos(0.4f)) / (std::cos(0.2f) - std::cos(0.4f));
+    const struct {
+        const char* name;
+        float falloff;
+    } cases[] = {{"gltf", t * t}, {"smoothstep", t * t * (3 - 2 * t)}, {"quartic", t * t * t * t}};
+    for (const auto& c : cases) {
+        spot.params.Set("falloff", std::string(c.name));
+        scene->lights = {spot};
+        ExpectRadiance(scene, 4, Rgb{1, 1, 1} * (0.5f / kPi * 8 / 4 * c.falloff));
+    }
+    // Wider than half of all directions: it shines backwards too.
+    spot.params.Set("outer_angle", 3.0f);
+    spot.params.Set("falloff", std::string("gltf"));
+    spot.to_world = Transform::LookAt({0, 2, 0}, {2, 3, 0}, {0, 0, 1});
+    scene->lights = {spot};
+    const float cosine = -1 / std::sqrt(5.0f);  // between the axis and straight down
+    const float wide = (cosine - std::cos(3.0f)) / (std::cos(0.2f) - std::cos(3.0f));
+    ExpectRadiance(scene, 4, Rgb{1, 1, 1} * (0.5f / kPi * 8 / 4 * wide * wide));
+}
+
 TEST(DirectLight, GoniometricLightsShineAsTheirPictureSays) {
     // 4 x 3 texels, each of its own grey.
     auto scene = Floor(0.5f);

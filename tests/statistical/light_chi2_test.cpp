@@ -4,6 +4,7 @@
 #include <random>
 
 #include "core/film/moments.h"
+#include "core/math/frame.h"
 #include "tests/support/chi2.h"
 #include "tests/support/lit.h"
 #include "tests/support/scenes.h"
@@ -12,7 +13,7 @@
 namespace relume::render {
 namespace {
 
-constexpr int kTests = 3;
+constexpr int kTests = 6;
 
 struct Lit : test::Lit {
     using test::Lit::Lit;
@@ -103,22 +104,115 @@ TEST(LightChi2, MixOfAreaLightsAndEnvironment) {
     EXPECT_GT(lit.ChiSquare({0.2f, 0.1f, 5}, 20000), test::SignificanceOf(kTests));
 }
 
-TEST(EnvironmentLight, SampleAndRadianceAgree) {
-    const Scene scene = EnvironmentScene(true);
-    const EnvironmentLight light(scene, *scene.environment);
-    std::mt19937 random(9);
+TEST(LightChi2, MirroredEnvironmentMap) {
+    Scene scene = EnvironmentScene(false);
+    Environment mirrored = *scene.environment;
+    mirrored.to_world = mirrored.to_world * Transform::Scale({1, 1, -1});
+    scene.environment = std::make_shared<Environment>(mirrored);
+    EXPECT_GT(Lit(scene).ChiSquare({0, 0, 5}, 200000), test::SignificanceOf(kTests));
+}
+
+TEST(LightChi2, LargeMapIsDrawnFromByStepsOfTheTable) {
+    // 600 x 300 texels are too many for one level of the table, and no multiple of 4.
+    Scene scene = EnvironmentScene(false);
+    const int width = 602, height = 301;
+    std::mt19937 random(4);
+    std::uniform_real_distribution<float> uniform(0, 1);
+    std::vector<float> pixels;
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            const float patch = ((x / 70 + y / 60) & 1) != 0 ? 0.0f : 1.0f;
+            pixels.insert(pixels.end(), 3, patch * (0.5f + uniform(random)));
+        }
+    }
+    auto environment = std::make_shared<Environment>(*scene.environment);
+    environment->image = 1;
+    scene.environment = environment;
+    test::AddTexture(&scene, width, height, 3, pixels);
+    EXPECT_GT(Lit(scene).ChiSquare({0, 0, 5}, 100000), test::SignificanceOf(kTests));
+}
+
+TEST(LightChi2, TreeOfManyNearAndFarLights) {
+    Scene scene;
+    scene.materials = {test::Diffuse({0, 0, 0}, {1, 2, 3}), test::Diffuse({0, 0, 0}, {6, 1, 1})};
+    scene.materials[1].params.Set("double_sided", true);
+    std::mt19937 random(8);
+    std::uniform_real_distribution<float> uniform(-1, 1);
+    for (int i = 0; i < 30; ++i) {
+        const Vec3f middle =
+            Normalize({uniform(random), uniform(random), uniform(random)}) * (2 + i * 0.2f);
+        const Frame f = Frame::FromZ(
+            Normalize(-middle + Vec3f{uniform(random), uniform(random), uniform(random)}));
+        const Vec3f u = f.x * 1.5f, v = f.y * (i % 3 == 0 ? 2.0f : 1.0f);
+        test::AddMesh(&scene,
+                      test::Quad(middle - u - v, middle + u - v, middle + u + v,
+                                 i % 2 == 0 ? middle - u + v : middle - u * 0.5f + v, i % 2));
+    }
+    EXPECT_GT(Lit(scene).ChiSquare({0.1f, 0.2f, 0}, 20000), test::SignificanceOf(kTests));
+}
+
+// What Sample says of a direction is what a ray in that direction finds.
+TEST(LightSet, SampleAndAreaPdfAgree) {
+    Scene scene;
+    scene.materials = {test::Diffuse({0, 0, 0}, {1, 2, 3}), test::Diffuse({0, 0, 0}, {6, 1, 1})};
+    scene.materials[1].params.Set("double_sided", true);
+    test::AddMesh(&scene, test::Quad({-1, -1, 2}, {-1, 1, 2}, {1, 1, 2}, {1, -1, 2}, 0));
+    test::AddMesh(&scene, test::Sphere(0, 8), Transform::Translate({3, 0, 1}));
+    test::AddMesh(&scene, test::Quad({-5, -1, 0}, {-5, 1, 0}, {-5, 1, 1}, {-5, -1, 1}, 0),
+                  Transform::Scale({1, -1, 1}));
+    test::AddMesh(&scene, test::Quad({-2, 4, 0}, {-2, 4, 3}, {2, 4, 3}, {3, 4, 0}, 1));
+    test::SetEnvironment(&scene, {0.3f, 0.3f, 0.3f});
+    const test::Lit lit(scene);
+    std::mt19937 random(12);
     std::uniform_real_distribution<float> uniform(0, 0.999999f);
-    for (int i = 0; i < 5000; ++i) {
-        LightSample s;
-        if (!light.Sample({uniform(random), uniform(random)}, &s)) {
+    int found = 0, missed = 0, unequal = 0;
+    for (int i = 0; i < 20000; ++i) {
+        const Vec3f p{4 * uniform(random) - 2, 4 * uniform(random) - 2, uniform(random)};
+        const LightReceiver at{p, SampleSphere({uniform(random), uniform(random)}), i % 2 == 0};
+        const auto s = lit.lights.Sample(at, static_cast<std::uint32_t>(random()),
+                                         {uniform(random), uniform(random)});
+        if (!s || std::isinf(s->distance)) {
             continue;
         }
-        float pdf = 0;
-        const Rgb radiance = light.Radiance(s.wi, &pdf);
-        // From direction to map and back: a few 1e-7 of the map's width, times the slope of the
-        // tents.
-        EXPECT_NEAR(pdf, s.pdf, 1e-3f * s.pdf + 1e-5f);
-        EXPECT_NEAR(radiance.x, s.radiance.x, 1e-3f * s.radiance.x + 1e-4f);
+        Ray ray;
+        ray.origin = p;
+        ray.direction = s->wi;
+        Hit hit;
+        if (!lit.accel.Intersect(ray, &hit) || std::abs(hit.t - s->distance) > 1e-3f * hit.t) {
+            ++missed;  // behind another, or at an edge
+            continue;
+        }
+        ++found;
+        const float pdf = lit.lights.AreaPdf(at, lit.accel.objects()[hit.object], hit.triangle,
+                                             hit.t, s->wi, hit.normal);
+        unequal += std::abs(pdf - s->pdf) > 2e-3f * s->pdf ? 1 : 0;
+    }
+    EXPECT_GT(found, 5 * missed);
+    EXPECT_LE(unequal, found / 2000);  // rays that meet the neighbour along an edge
+}
+
+TEST(EnvironmentLight, SampleAndRadianceAgree) {
+    for (const bool mirrored : {false, true}) {
+        const Scene scene = EnvironmentScene(true);
+        Environment environment = *scene.environment;
+        if (mirrored) {
+            environment.to_world = environment.to_world * Transform::Scale({-1, 1, 1});
+        }
+        const EnvironmentLight light(scene, environment);
+        std::mt19937 random(9);
+        std::uniform_real_distribution<float> uniform(0, 0.999999f);
+        for (int i = 0; i < 5000; ++i) {
+            LightSample s;
+            if (!light.Sample({uniform(random), uniform(random)}, &s)) {
+                continue;
+            }
+            float pdf = 0;
+            const Rgb radiance = light.Radiance(s.wi, &pdf);
+            // From direction to map and back: a few 1e-7 of the map's width, times the slope of the
+            // tents.
+            EXPECT_NEAR(pdf, s.pdf, 1e-3f * s.pdf + 1e-5f);
+            EXPECT_NEAR(radiance.x, s.radiance.x, 1e-3f * s.radiance.x + 1e-4f);
+        }
     }
 }
 

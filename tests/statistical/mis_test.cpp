@@ -4,14 +4,13 @@
 #include <random>
 
 #include "core/film/moments.h"
+#include "core/math/frame.h"
 #include "tests/support/lit.h"
 #include "tests/support/scenes.h"
 #include "worker/render/bsdf/bsdf.h"
 
 namespace relume::render {
 namespace {
-
-const LightReceiver kOrigin{{0, 0, 0}, {0, 0, 1}};
 
 // Light reflected at the origin (normal +z) towards `wo`, estimated in three ways that must agree.
 struct Estimates {
@@ -26,11 +25,12 @@ Estimates Estimate(const test::Lit& lit, const CompiledMaterial& material, Vec3f
     std::mt19937 random(11);
     std::uniform_real_distribution<float> uniform(0, 0.999999f);
     const auto pair = [&] { return Vec2f{uniform(random), uniform(random)}; };
+    const LightReceiver origin{{0, 0, 0}, bsdf.normal(), material.Transmits()};
     Estimates e;
     for (int i = 0; i < samples; ++i) {
         // A direction towards a light.
         double light = 0, light_weight = 0;
-        const auto s = lit.lights.Sample(kOrigin, static_cast<std::uint32_t>(random()), pair());
+        const auto s = lit.lights.Sample(origin, static_cast<std::uint32_t>(random()), pair());
         if (s) {
             Ray ray;
             ray.direction = s->wi;
@@ -53,7 +53,7 @@ Estimates Estimate(const test::Lit& lit, const CompiledMaterial& material, Vec3f
                 if (object.first_light >= 0 && Dot(hit.normal, b->wi) < 0) {
                     found = b->weight.y * lit.materials[object.material].emissive.y;
                     pdf =
-                        lit.lights.AreaPdf(kOrigin, object, hit.triangle, hit.t, b->wi, hit.normal);
+                        lit.lights.AreaPdf(origin, object, hit.triangle, hit.t, b->wi, hit.normal);
                 }
             } else {
                 found = b->weight.y * lit.lights.Environment(b->wi, &pdf).y;
@@ -119,6 +119,40 @@ TEST(Mis, LightSamplingMaterialSamplingAndBothAgree) {
                                {"sheen_color", color},
                                {"sheen_roughness", {0.5f}}});
     for (const CompiledMaterial& material : CompileMaterials(others)) {
+        const Estimates e = Estimate(lit, material, Normalize({0.4f, 0.1f, 1}), 100000);
+        ExpectAgree(e.by_light, e.by_both, "light sampling against both");
+        ExpectAgree(e.by_bsdf, e.by_both, "material sampling against both");
+    }
+}
+
+TEST(Mis, ManyNearLightsAgree) {
+    // More than one node of the tree, drawn from by solid angle and by area, some below the
+    // horizon, and seen through a surface that lets light in from behind.
+    Scene scene;
+    scene.materials = {test::Diffuse({0, 0, 0}, {4, 4, 4}), test::Diffuse({0, 0, 0}, {9, 9, 9})};
+    scene.materials[1].params.Set("double_sided", true);
+    std::mt19937 random(3);
+    std::uniform_real_distribution<float> uniform(-1, 1);
+    for (int i = 0; i < 24; ++i) {
+        const Vec3f middle =
+            Normalize({uniform(random), uniform(random), uniform(random)}) * (1.5f + 0.1f * i);
+        const Frame f = Frame::FromZ(
+            Normalize(-middle + Vec3f{uniform(random), uniform(random), uniform(random)}));
+        const Vec3f u = f.x * 0.8f, v = f.y * 0.7f;
+        test::AddMesh(&scene,
+                      test::Quad(middle - u - v, middle + u - v, middle + u + v,
+                                 i % 3 == 0 ? middle - u + v : middle - u * 0.5f + v, i % 2));
+    }
+    const test::Lit lit(scene);
+    CompiledMaterial glossy;
+    glossy.model = Model::kMetallicRoughness;
+    glossy.base_color = {0.8f, 0.6f, 0.4f};
+    glossy.roughness = 0.5f;
+    CompiledMaterial leaf;
+    leaf.model = Model::kDiffuseTransmission;
+    leaf.base_color = {0.4f, 0.4f, 0.4f};
+    leaf.transmit = {0.5f, 0.5f, 0.5f};
+    for (const CompiledMaterial& material : {glossy, leaf}) {
         const Estimates e = Estimate(lit, material, Normalize({0.4f, 0.1f, 1}), 100000);
         ExpectAgree(e.by_light, e.by_both, "light sampling against both");
         ExpectAgree(e.by_bsdf, e.by_both, "material sampling against both");

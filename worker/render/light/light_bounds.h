@@ -42,7 +42,8 @@ class LightGroup {
     Float8 Importance(const LightReceiver& at) const;
 
   private:
-    Float8 x_{}, y_{}, z_{}, radius2_{};  // the sphere about the box
+    // The sphere about the box. Its radius is never 0, so that there is nothing to divide by 0.
+    Float8 x_{}, y_{}, z_{}, radius2_ = Float8{} + 1;
     Float8 axis_x_{}, axis_y_{}, axis_z_{};
     Float8 cos_spread_{}, sin_spread_{}, cos_reach_{};
     Float8 strength_{};

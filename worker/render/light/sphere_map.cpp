@@ -23,7 +23,7 @@ SphereMap::SphereMap(const Scene& scene, int image_index, Rgb scale) {
     if (image.floats.empty() || image.width < 1 || image.height < 1 || image.width > kLargestSide ||
         image.height > kLargestSide) {
         ThrowInvalidArgument(
-            fmt::format("{}: an environment map must hold floats (HDR, EXR), at most {} "
+            fmt::format("{}: a map of directions must hold floats (HDR, EXR), at most {} "
                         "pixels a side",
                         image.name, kLargestSide));
     }
