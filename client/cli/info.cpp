@@ -24,6 +24,7 @@ using Json = nlohmann::ordered_json;
 
 struct InfoOptions {
     std::string file, environment;
+    std::optional<float> time, shutter;
     TalkOptions talk;
 };
 
@@ -49,6 +50,7 @@ Json SceneJson(const LocalScene& files, const Scene& scene) {
               {"textures", Json::array()},
               {"lights", Json::array()},
               {"cameras", Json::array()},
+              {"animation_seconds", nullptr},
               {"environment", nullptr},
               {"bounds", nullptr},
               {"asks_for", Json::object()},
@@ -66,6 +68,9 @@ Json SceneJson(const LocalScene& files, const Scene& scene) {
     }
     for (const auto& camera : scene.cameras) {
         json["cameras"].push_back({{"name", camera.name}, {"type", camera.type}});
+    }
+    if (scene.hints.animation_seconds > 0) {
+        json["animation_seconds"] = scene.hints.animation_seconds;
     }
     if (scene.environment) {
         const int image = scene.environment->image;
@@ -159,6 +164,11 @@ void PrintScene(const Json& json) {
         PrintLine("", fmt::format("{} '{}', {}", index++, camera["name"].get<std::string>(),
                                   camera["type"].get<std::string>()));
     }
+    if (!json["animation_seconds"].is_null()) {
+        PrintLine("animation",
+                  fmt::format("{:.6g} s: --time and --shutter choose what is seen of it",
+                              json["animation_seconds"].get<double>()));
+    }
     PrintLine("environment",
               json["environment"].is_null() ? "none" : json["environment"].get<std::string>());
     const auto& b = json["bounds"];
@@ -206,7 +216,10 @@ int RunInfo(const InfoOptions& options) {
             json = ImageJson(options.file, ReadExr(options.file));
         } else {
             const LocalScene files = CollectScene(options.file, options.environment);
-            json = SceneJson(files, LoadForChecks(files, 1));
+            RenderSettings settings;
+            settings.time = options.time.value_or(-1);
+            settings.shutter = options.shutter.value_or(-1);
+            json = SceneJson(files, LoadForChecks(files, settings));
         }
         if (options.talk.json) {
             fmt::print("{}\n", json.dump(2));
@@ -229,6 +242,7 @@ Runner AddInfo(CLI::App* app) {
     app->add_option("--environment", options->environment,
                     "latitude-longitude map that is to light the scene")
         ->type_name("FILE");
+    AddTimeOptions(app, &options->time, &options->shutter);
     AddJsonOption(app, &options->talk);
     return [options](Interrupts*) { return RunInfo(*options); };
 }

@@ -66,6 +66,7 @@ void AddJobOptions(CLI::App* app, JobOptions* options) {
                     "of the plane in focus, scene units [the camera's own]")
         ->check(CLI::PositiveNumber.description(""))
         ->type_name("D");
+    AddTimeOptions(app, &options->time, &options->shutter);
     app->add_option("--environment", options->environment,
                     "latitude-longitude map (.hdr, .exr) that lights the scene")
         ->type_name("FILE");
@@ -83,6 +84,17 @@ void AddJobOptions(CLI::App* app, JobOptions* options) {
                     "basic, or all: also the two halves and the features' variances [basic]")
         ->check(CLI::IsMember({"basic", "all"}).description(""))
         ->type_name("SET");
+}
+
+void AddTimeOptions(CLI::App* app, std::optional<float>* time, std::optional<float>* shutter) {
+    app->add_option("--time", *time,
+                    "when the shutter opens, seconds into the animation [the scene's own]")
+        ->check(CLI::NonNegativeNumber.description(""))
+        ->type_name("S");
+    app->add_option("--shutter", *shutter,
+                    "how long it is open, seconds: what moves is blurred [the scene's own]")
+        ->check(CLI::NonNegativeNumber.description(""))
+        ->type_name("S");
 }
 
 void AddOutputOptions(CLI::App* app, OutputOptions* options) {

@@ -35,6 +35,7 @@ struct JobOptions {
     std::optional<float> fov;  // degrees
     bool strict = false;
     std::optional<float> lens_radius, focus_distance;
+    std::optional<float> time, shutter;
     std::string environment;
     float environment_scale = 1;
     bool allow_black = false;
@@ -42,6 +43,8 @@ struct JobOptions {
     std::string layers = "basic";
 };
 void AddJobOptions(CLI::App* app, JobOptions* options);
+// --time and --shutter.
+void AddTimeOptions(CLI::App* app, std::optional<float>* time, std::optional<float>* shutter);
 
 // Where a job's result goes.
 struct OutputOptions {

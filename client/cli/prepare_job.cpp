@@ -67,13 +67,15 @@ PreparedJob PrepareJob(const JobOptions& options) {
     WithExitCode(kExitUsage, [&] { settings.look = LookOf(options); });
     settings.lens_radius = options.lens_radius.value_or(-1);
     settings.focus_distance = options.focus_distance.value_or(-1);
+    settings.time = options.time.value_or(-1);
+    settings.shutter = options.shutter.value_or(-1);
     settings.environment_scale = options.environment_scale;
     settings.allow_black = options.allow_black;
     double spp = options.spp.value_or(kDefaultSpp);
 
     WithExitCode(kExitInput, [&] {
         job.scene = CollectScene(options.scene, options.environment);
-        const Scene scene = LoadForChecks(job.scene, options.environment_scale);
+        const Scene scene = LoadForChecks(job.scene, settings);
         if (options.strict) {
             RequireNoNotes(scene);
         }

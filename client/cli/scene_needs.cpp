@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <functional>
 #include <set>
 
@@ -54,6 +55,33 @@ const struct {
     {"area lights", Emits},
 };
 
+// What moves while the shutter is open, and at how many keys; "" if nothing does.
+std::string MotionNeeds(const Scene& scene) {
+    std::size_t instances = 0, meshes = 0, cameras = 0, keys = 0;
+    for (const auto& instance : scene.instances) {
+        const auto& mesh = scene.meshes[static_cast<std::size_t>(instance.mesh)];
+        instances += instance.motion.empty() ? 0 : 1;
+        meshes += mesh.motion.empty() ? 0 : 1;
+        keys = std::max({keys, instance.motion.size(), mesh.motion.size()});
+    }
+    for (const auto& camera : scene.cameras) {
+        cameras += camera.motion.empty() ? 0 : 1;
+        keys = std::max(keys, camera.motion.size());
+    }
+    std::vector<std::string> parts;
+    const auto add = [&](std::size_t count, const char* what) {
+        if (count > 0) {
+            parts.push_back(fmt::format("{} {}{}", count, what, count == 1 ? "" : "s"));
+        }
+    };
+    add(instances, "moving instance");
+    add(meshes, "deforming mesh");
+    add(cameras, "moving camera");
+    return parts.empty()
+               ? std::string()
+               : fmt::format("motion blur ({}; up to {} keys)", fmt::join(parts, ", "), keys);
+}
+
 }  // namespace
 
 std::vector<std::string> SceneNeeds(const Scene& scene) {
@@ -81,6 +109,9 @@ std::vector<std::string> SceneNeeds(const Scene& scene) {
     }
     if (scene.environment) {
         needs.push_back(scene.environment->image >= 0 ? "environment map" : "constant environment");
+    }
+    if (const std::string motion = MotionNeeds(scene); !motion.empty()) {
+        needs.push_back(motion);
     }
     for (const auto& camera : scene.cameras) {
         if (camera.params.GetFloat("lens_radius", 0) > 0) {

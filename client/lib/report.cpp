@@ -34,6 +34,8 @@ Json SettingsJson(const v1::JobSpec& spec) {
               {"camera", s.camera()},
               {"lens_radius", nullptr},
               {"focus_distance", nullptr},
+              {"time", nullptr},
+              {"shutter", nullptr},
               {"environment", s.environment()},
               {"environment_scale", s.environment_scale()},
               {"allow_black", s.allow_black()},
@@ -48,6 +50,12 @@ Json SettingsJson(const v1::JobSpec& spec) {
     }
     if (s.has_focus_distance()) {
         json["focus_distance"] = s.focus_distance();
+    }
+    if (s.has_time()) {
+        json["time"] = s.time();
+    }
+    if (s.has_shutter()) {
+        json["shutter"] = s.shutter();
     }
     if (s.has_look()) {
         const auto vector = [](const v1::Vector& v) { return Json{v.x(), v.y(), v.z()}; };

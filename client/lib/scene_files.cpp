@@ -116,11 +116,13 @@ std::unique_ptr<FileSource> MakeLocalSource(const LocalScene& scene) {
     return std::make_unique<LocalSource>(scene.files);
 }
 
-Scene LoadForChecks(const LocalScene& scene, float environment_scale) {
+Scene LoadForChecks(const LocalScene& scene, const RenderSettings& settings) {
     LoadOptions options;
     options.decode_images = false;
     options.environment = scene.environment;
-    options.environment_scale = environment_scale;
+    options.environment_scale = settings.environment_scale;
+    options.time = settings.time;
+    options.shutter = settings.shutter;
     return LoadScene(*MakeLocalSource(scene), scene.manifest.main, options);
 }
 

@@ -27,8 +27,8 @@ LocalScene CollectScene(const std::string& scene_path, const std::string& enviro
 std::unique_ptr<FileSource> MakeLocalSource(const LocalScene& scene);
 
 // Loads the scene without its pictures' pixels, so that what is wrong with it shows before anything
-// is sent.
-Scene LoadForChecks(const LocalScene& scene, float environment_scale);
+// is sent. Of the settings, reads the environment's scale, time and shutter.
+Scene LoadForChecks(const LocalScene& scene, const RenderSettings& settings);
 
 // What a job would stumble on, checked on this machine: throws Error if nothing shines (unless
 // settings.allow_black) or the camera asked for is not there. Answers with what is worth a note.

@@ -25,6 +25,9 @@ struct LoadOptions {
     bool decode_images = true;  // false: sizes only are checked (preflight)
     std::string environment;    // name of a latitude-longitude map in the source; "" = none
     float environment_scale = 1;
+    // Seconds at which the shutter opens, and for which it is open; negative: as the file says
+    // (glTF: 0; pbrt: the camera's shutteropen and shutterclose). Open for 0 s, nothing moves.
+    float time = -1, shutter = -1;
 };
 
 // Loads `main_name` by the first format that takes its extension (formats.cpp). Throws Error with

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/scene/formats.h"
+#include "core/scene/motion.h"
 #include "core/scene/scene.h"
 
 // The parts of the glTF 2.0 loader (load_gltf.cpp); nothing else includes this. "Section" in
@@ -28,8 +29,7 @@ class Notes {
 };
 
 // A parsed file. tinygltf gets the JSON without buffers and images, so that it never touches a
-// file; those two are read here, by name, from a FileSource. It gets no animations and skins
-// either, since nothing is done with them.
+// file; those two are read here, by name, from a FileSource.
 struct Document {
     struct Buffer {
         std::string uri;  // empty: the binary chunk of a .glb
@@ -45,11 +45,13 @@ struct Document {
     std::vector<Buffer> buffers;
     std::vector<Image> images;
     std::string binary_chunk;
-    bool has_animations = false, has_skins = false;
+    bool has_other_animations = false;  // of other things than nodes: taken out
 
     // "a.gltf: material 3 'bricks'"
     SourceLocation Place(const char* kind, std::size_t index, const std::string& item_name) const;
 };
+
+struct Poses;  // gltf_animation.h
 
 // Throws naming file, line and column of malformed JSON, a wrong version, or a required extension
 // that is not known.
@@ -91,15 +93,17 @@ class Data {
 // What the nodes of the default scene place. Meshes are indices of the file's meshes.
 struct Placed {
     struct MeshUse {
-        int mesh = 0;
-        Transform to_world;
-        SourceLocation node;
+        int mesh = 0, node = 0;
+        int skin = -1;  // -1: none
+        SampledTransform to_world;
+        SourceLocation place;  // of the node
     };
     std::vector<MeshUse> meshes;  // depth first, children in order
     std::vector<Light> lights;
     std::vector<Camera> cameras;
+    std::map<int, SampledTransform> to_world_of;  // of every node, if the file has skins
 };
-Placed ReadNodes(const Document& document, Notes* notes);
+Placed ReadNodes(const Document& document, const Poses& poses, Notes* notes);
 
 // The materials that the placed meshes use, in the file's order, and their textures and pictures.
 struct Look {
@@ -116,8 +120,9 @@ struct Look {
 Look ReadMaterials(const Document& document, const Placed& placed, Notes* notes);
 
 // One Mesh for each primitive of triangles that `placed` uses, and one Instance for each use of it.
-void ReadMeshes(const Document& document, const Data& data, const Placed& placed, const Look& look,
-                Scene* scene, Notes* notes);
+// Uses that deform the mesh, by a skin or morph targets, have one of their own.
+void ReadMeshes(const Document& document, const Data& data, const Poses& poses,
+                const Placed& placed, const Look& look, Scene* scene, Notes* notes);
 
 [[noreturn]] void Fail(const SourceLocation& place, const std::string& problem);
 

@@ -148,9 +148,20 @@ void TakeParts(json* root, Document* document) {
         document->images.push_back(
             {TakeString(&entry, "name"), TakeString(&entry, "uri"), entry.value("bufferView", -1)});
     }
-    document->has_animations = root->contains("animations");
-    document->has_skins = root->contains("skins");
-    for (const char* part : {"buffers", "images", "animations", "skins"}) {
+    if (const auto animations = root->find("animations"); animations != root->end()) {
+        for (json& animation : *animations) {
+            const auto other = [](const json& channel) {
+                const auto target = channel.find("target");
+                return target == channel.end() || !target->contains("node");
+            };
+            json& channels = animation.at("channels");
+            const auto kept = std::stable_partition(channels.begin(), channels.end(),
+                                                    [&](const json& c) { return !other(c); });
+            document->has_other_animations |= kept != channels.end();
+            channels.erase(kept, channels.end());
+        }
+    }
+    for (const char* part : {"buffers", "images"}) {
         root->erase(part);
     }
 }

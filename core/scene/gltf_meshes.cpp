@@ -3,7 +3,7 @@
 #include <optional>
 #include <utility>
 
-#include "core/scene/gltf.h"
+#include "core/scene/gltf_deform.h"
 
 // Meshes (section 3.7.2): each primitive of triangles becomes a Mesh of its own, since it has its
 // own material. Points and lines have no surface, and are left out. Attributes that the material
@@ -203,9 +203,6 @@ class PrimitiveReader {
     }
 
     void NoteIgnored() {
-        if (!primitive_.targets.empty()) {
-            notes_->Add("morph targets are ignored: meshes keep their base shape");
-        }
         if (Find("COLOR_0")) {
             notes_->Add("vertex colours (COLOR_0) are ignored");
         }
@@ -230,11 +227,14 @@ bool IsTriangles(const tinygltf::Primitive& primitive, const SourceLocation& pla
 
 }  // namespace
 
-void ReadMeshes(const Document& document, const Data& data, const Placed& placed, const Look& look,
-                Scene* scene, Notes* notes) {
-    std::map<int, std::vector<int>> meshes_of;  // from the file's index to Scene's
+void ReadMeshes(const Document& document, const Data& data, const Poses& poses,
+                const Placed& placed, const Look& look, Scene* scene, Notes* notes) {
+    Deformer deformer(document, data, poses, placed);
+    // From the file's index, and that of the node if the mesh deforms there, to Scene's.
+    std::map<std::pair<int, int>, std::vector<int>> meshes_of;
     for (const Placed::MeshUse& use : placed.meshes) {
-        const auto [it, is_new] = meshes_of.try_emplace(use.mesh);
+        const bool deforms = deformer.Deforms(use);
+        const auto [it, is_new] = meshes_of.try_emplace({use.mesh, deforms ? use.node : -1});
         if (is_new) {
             const auto index = static_cast<std::size_t>(use.mesh);
             const tinygltf::Mesh& from = document.model.meshes[index];
@@ -254,12 +254,18 @@ void ReadMeshes(const Document& document, const Data& data, const Placed& placed
                                 .Read(look.materials[looks], look.uv_sets[looks]);
                 mesh.name = from.name;
                 mesh.material = material;
+                if (deforms) {
+                    deformer.Deform(primitive, use, &mesh);
+                }
                 it->second.push_back(static_cast<int>(scene->meshes.size()));
                 scene->meshes.push_back(std::move(mesh));
             }
         }
+        // A skin puts the mesh into the world by itself.
+        const SampledTransform to_world =
+            use.skin >= 0 ? SampledTransform{Transform()} : use.to_world;
         for (const int mesh : it->second) {
-            scene->instances.push_back({mesh, use.to_world});
+            scene->instances.push_back({mesh, to_world.front(), MotionKeys(to_world)});
         }
     }
 }

@@ -1,57 +1,10 @@
-#include <array>
 #include <cmath>
 #include <optional>
 
-#include "core/base/error.h"
-#include "core/scene/gltf.h"
+#include "core/scene/gltf_animation.h"
 
 namespace relume::gltf {
 namespace {
-
-std::vector<float> Numbers(const std::vector<double>& values, std::size_t count, const char* what,
-                           const SourceLocation& place) {
-    if (values.size() != count) {
-        Fail(place, fmt::format("its {} has {} numbers instead of {}; correct the node", what,
-                                values.size(), count));
-    }
-    return {values.begin(), values.end()};
-}
-
-Transform Rotation(const std::vector<double>& quaternion, const SourceLocation& place) {
-    const std::vector<float> q = Numbers(quaternion, 4, "rotation", place);
-    const float length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-    if (!(length > 0) || !std::isfinite(length)) {
-        Fail(place, "its rotation is not a unit quaternion; correct the node");
-    }
-    return Transform::Rotate(q[0] / length, q[1] / length, q[2] / length, q[3] / length);
-}
-
-// Section 3.5.3: a matrix, or translation * rotation * scale.
-Transform LocalTransform(const tinygltf::Node& node, const SourceLocation& place) {
-    if (!node.matrix.empty()) {
-        const std::vector<float> m = Numbers(node.matrix, 16, "matrix", place);
-        std::array<float, 16> columns{};
-        std::copy(m.begin(), m.end(), columns.begin());
-        try {
-            return Transform::FromColumns(columns);
-        } catch (const Error& error) {
-            Fail(place, fmt::format("{}; correct the node", error.what()));
-        }
-    }
-    Transform transform;
-    if (!node.translation.empty()) {
-        const std::vector<float> t = Numbers(node.translation, 3, "translation", place);
-        transform = Transform::Translate({t[0], t[1], t[2]});
-    }
-    if (!node.rotation.empty()) {
-        transform = transform * Rotation(node.rotation, place);
-    }
-    if (!node.scale.empty()) {
-        const std::vector<float> s = Numbers(node.scale, 3, "scale", place);
-        transform = transform * Transform::Scale({s[0], s[1], s[2]});
-    }
-    return transform;
-}
 
 // Cameras and lights look along -z whatever their node's scale: position and axes without it. Empty
 // if the axes span no space.
@@ -68,7 +21,8 @@ std::optional<Transform> Rigid(const Transform& transform) {
 
 class NodeReader {
   public:
-    NodeReader(const Document& document, Notes* notes) : document_(document), notes_(notes) {}
+    NodeReader(const Document& document, const Poses& poses, Notes* notes)
+        : document_(document), poses_(poses), notes_(notes) {}
 
     Placed Read() {
         const auto& model = document_.model;
@@ -76,7 +30,7 @@ class NodeReader {
         std::vector<Visit> stack;
         const std::vector<int> roots = Roots();
         for (auto root = roots.rbegin(); root != roots.rend(); ++root) {
-            stack.push_back({*root, Transform(), ""});
+            stack.push_back({*root, {Transform()}, ""});
         }
         std::vector<bool> seen(model.nodes.size(), false);
         while (!stack.empty()) {
@@ -91,10 +45,13 @@ class NodeReader {
                      "correct the children");
             }
             seen[index] = true;
-            const Transform local = LocalTransform(node, place);
-            visit.to_world = visit.to_world * local;
+            const SampledTransform local = LocalTransforms(document_, visit.node, poses_, place);
+            visit.to_world = Multiply(visit.to_world, local);
             if (visit.singular.empty() && !IsRegular(local, visit.to_world)) {
                 visit.singular = place;
+            }
+            if (!model.skins.empty()) {
+                placed_.to_world_of[visit.node] = visit.to_world;
             }
             AddMesh(node, visit, place);
             AddCamera(node, visit, place);
@@ -109,14 +66,17 @@ class NodeReader {
   private:
     struct Visit {
         int node = 0;
-        Transform to_world;       // of the parent, until visited
-        SourceLocation singular;  // the first node on the way whose transform can't be inverted
+        SampledTransform to_world;  // of the parent, until visited
+        SourceLocation singular;    // the first node on the way whose transform can't be inverted
     };
 
-    static bool IsRegular(const Transform& local, const Transform& to_world) {
-        const float a = local.Determinant(), b = to_world.Determinant();
-        return local.IsFinite() && to_world.IsFinite() && std::isfinite(a) && std::isfinite(b) &&
-               a != 0 && b != 0;
+    static bool IsRegular(const SampledTransform& local, const SampledTransform& to_world) {
+        const auto regular = [](const Transform& transform) {
+            const float determinant = transform.Determinant();
+            return transform.IsFinite() && std::isfinite(determinant) && determinant != 0;
+        };
+        return std::all_of(local.begin(), local.end(), regular) &&
+               std::all_of(to_world.begin(), to_world.end(), regular);
     }
 
     // The default scene, else the first one, else all nodes that are nobody's child.
@@ -151,13 +111,14 @@ class NodeReader {
             return;
         }
         At(document_.model.meshes, node.mesh, place, "mesh");
-        if (!visit.singular.empty()) {
+        // The place of a mesh with a skin is that of its joints.
+        if (!visit.singular.empty() && node.skin < 0) {
             Fail(visit.singular,
                  "its transform is singular or not finite (a scale of 0?), and a mesh hangs on it; "
                  "give it a "
                  "scale other than 0 or remove it");
         }
-        placed_.meshes.push_back({node.mesh, visit.to_world, place});
+        placed_.meshes.push_back({node.mesh, visit.node, node.skin, visit.to_world, place});
     }
 
     void AddCamera(const tinygltf::Node& node, const Visit& visit, const SourceLocation& place) {
@@ -169,7 +130,12 @@ class NodeReader {
         camera.name = from.name.empty() ? node.name : from.name;
         camera.source = document_.Place("camera", static_cast<std::size_t>(node.camera), from.name);
         camera.type = from.type;
-        camera.to_world = RigidOrFail(visit, place);
+        SampledTransform to_world;
+        for (const Transform& sample : visit.to_world) {
+            to_world.push_back(RigidOrFail(sample, place));
+        }
+        camera.to_world = to_world.front();
+        camera.motion = MotionKeys(to_world);
         const auto positive = [&](double value, const char* what, double limit) {
             if (!(value > 0) || !(value < limit)) {
                 Fail(camera.source, fmt::format("{} is {}, not in (0, {}); correct the camera",
@@ -205,7 +171,11 @@ class NodeReader {
         light.name = from.name.empty() ? node.name : from.name;
         light.source = document_.Place("light", static_cast<std::size_t>(index), from.name);
         light.type = from.type;
-        light.to_world = RigidOrFail(visit, place);
+        if (visit.to_world.size() > 1) {
+            notes_->Add(light.source +
+                        ": moves while the shutter is open: it stays where it is at half time");
+        }
+        light.to_world = RigidOrFail(visit.to_world[visit.to_world.size() / 2], place);
         std::vector<float> power(3, static_cast<float>(from.intensity));
         if (!from.color.empty()) {
             const std::vector<float> color = Numbers(from.color, 3, "colour", light.source);
@@ -244,8 +214,8 @@ class NodeReader {
         placed_.lights.push_back(std::move(light));
     }
 
-    static Transform RigidOrFail(const Visit& visit, const SourceLocation& place) {
-        const std::optional<Transform> rigid = Rigid(visit.to_world);
+    static Transform RigidOrFail(const Transform& to_world, const SourceLocation& place) {
+        const std::optional<Transform> rigid = Rigid(to_world);
         if (!rigid) {
             Fail(place,
                  "its transform is singular or not finite (a scale of 0?); correct the node");
@@ -254,14 +224,15 @@ class NodeReader {
     }
 
     const Document& document_;
+    const Poses& poses_;
     Notes* notes_;
     Placed placed_;
 };
 
 }  // namespace
 
-Placed ReadNodes(const Document& document, Notes* notes) {
-    return NodeReader(document, notes).Read();
+Placed ReadNodes(const Document& document, const Poses& poses, Notes* notes) {
+    return NodeReader(document, poses, notes).Read();
 }
 
 }  // namespace relume::gltf

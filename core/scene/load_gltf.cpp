@@ -2,13 +2,14 @@
 #include <set>
 #include <utility>
 
-#include "core/scene/gltf.h"
+#include "core/scene/gltf_animation.h"
 #include "core/scene/scene_images.h"
 #include "core/scene/uri.h"
 
 // glTF 2.0, as .gltf with its files or as .glb: triangles, metallic-roughness materials with
-// textures and transmission, KHR_lights_punctual, cameras, the node tree at rest. What is left out
-// is said in Scene::notes. One unit is a metre; radiance is as the file has it.
+// textures and transmission, KHR_lights_punctual, cameras, the node tree with its animations, skins
+// and morph targets. What is left out is said in Scene::notes. One unit is a metre; radiance is as
+// the file has it.
 
 namespace relume {
 namespace gltf {
@@ -16,11 +17,8 @@ namespace {
 
 // What the file holds beside the scene that is drawn.
 void NoteIgnored(const Document& document, Notes* notes) {
-    if (document.has_animations) {
-        notes->Add("animations are ignored: the scene is rendered at rest");
-    }
-    if (document.has_skins) {
-        notes->Add("skins are ignored: meshes keep the pose in which they were modelled");
+    if (document.has_other_animations) {
+        notes->Add("animations of other things than nodes are ignored");
     }
     for (const std::string& extension : document.model.extensionsUsed) {
         if (!IsKnownExtension(extension)) {
@@ -51,13 +49,17 @@ std::vector<ImageRequest> Requests(const Document& document, const Data& data, c
 
 // All but the pictures. File and buffers are gone when it returns.
 std::vector<ImageRequest> ReadAllButImages(const FileSource& files, const std::string& main_name,
-                                           Scene* scene, Notes* notes) {
+                                           const LoadOptions& options, Scene* scene, Notes* notes) {
     Document document = ParseDocument(files, main_name);
     NoteIgnored(document, notes);
-    Placed placed = ReadNodes(document, notes);
-    Look look = ReadMaterials(document, placed, notes);
     const Data data(&document, files);
-    ReadMeshes(document, data, placed, look, scene, notes);
+    const Animations animations(document, data, notes);
+    const double shutter = animations.empty() ? 0 : std::max(options.shutter, 0.0f);
+    const Poses poses{&animations, SampleTimes(std::max(options.time, 0.0f), shutter)};
+    Placed placed = ReadNodes(document, poses, notes);
+    Look look = ReadMaterials(document, placed, notes);
+    ReadMeshes(document, data, poses, placed, look, scene, notes);
+    scene->hints.animation_seconds = static_cast<float>(animations.end());
     std::vector<ImageRequest> requests = Requests(document, data, look);
     scene->lights = std::move(placed.lights);
     scene->cameras = std::move(placed.cameras);
@@ -73,8 +75,9 @@ Scene LoadGltf(const FileSource& files, const std::string& main_name, const Load
     Scene scene;
     scene.name = main_name;
     gltf::Notes notes;
-    scene.images = LoadImages(files, gltf::ReadAllButImages(files, main_name, &scene, &notes),
-                              options.decode_images);
+    scene.images =
+        LoadImages(files, gltf::ReadAllButImages(files, main_name, options, &scene, &notes),
+                   options.decode_images);
     AddEnvironment(files, options, &scene);
     scene.notes = notes.Take();
     ValidateScene(scene);
@@ -99,7 +102,7 @@ std::vector<std::string> ListGltfFiles(const FileSource& files, const std::strin
     // Of the pictures, those that something visible wants.
     gltf::Notes notes;
     auto pictures =
-        gltf::ReadMaterials(document, gltf::ReadNodes(document, &notes), &notes).pictures;
+        gltf::ReadMaterials(document, gltf::ReadNodes(document, {}, &notes), &notes).pictures;
     std::sort(pictures.begin(), pictures.end(),
               [](const auto& a, const auto& b) { return a.image < b.image; });
     for (const auto& picture : pictures) {

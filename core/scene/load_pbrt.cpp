@@ -10,6 +10,7 @@
 #include "core/base/parallel.h"
 #include "core/scene/pbrt_lights.h"
 #include "core/scene/pbrt_materials.h"
+#include "core/scene/pbrt_motion.h"
 #include "core/scene/pbrt_shapes.h"
 
 // pbrt's text format, versions 3 and 4: https://pbrt.org/fileformat-v3, fileformat-v4. A file is
@@ -31,12 +32,12 @@ struct MeshPlan {
 };
 struct Placement {
     std::size_t mesh = 0;
-    Transform to_parent;  // world, or object
+    SampledTransform to_parent;  // world, or object
 };
 
 class Loader {
   public:
-    Loader(const FileSource& files, const std::string& main_name)
+    Loader(const FileSource& files, const std::string& main_name, const LoadOptions& options)
         : files_(files),
           tokens_(files, main_name),
           document_(ParseDocument(&tokens_, &notes_)),
@@ -44,7 +45,8 @@ class Loader {
           textures_(document_, &spectra_, &notes_),
           materials_(document_, &textures_, &spectra_, &notes_) {
         scene_.name = main_name;
-        ReadCamera(document_, &scene_, &notes_);
+        times_ = ShutterTimes(document_, options);
+        ReadCamera(document_, times_, &scene_, &notes_);
         lights_ = ReadLights(document_, &textures_, &spectra_, &scene_, &notes_);
         PlanMeshes();
     }
@@ -150,7 +152,10 @@ class Loader {
         if (curve) {
             last_curve_ = mesh;
         }
-        placements->push_back({mesh, shape.to_world * MeshToShape(shape)});
+        const SampledTransform to_world =
+            SampleBetween(shape.to_world, document_.transform_times, times_, shape.is.place);
+        moves_ = moves_ || shape.to_world.moves();
+        placements->push_back({mesh, Multiply(to_world, {MeshToShape(shape)})});
     }
 
     // Whether a curve can go into the mesh of the one before: files have one shape a hair.
@@ -205,9 +210,9 @@ class Loader {
                 triangles = light.each_triangle ? mesh.triangles.size() : 1;
                 for (const Vec3u& t : mesh.triangles) {
                     const Vec3f p = mesh.positions[t.x];
-                    area +=
-                        0.5 * Length(Cross(placement.to_parent.Vector(mesh.positions[t.y] - p),
-                                           placement.to_parent.Vector(mesh.positions[t.z] - p)));
+                    const Transform& to_world = placement.to_parent.front();
+                    area += 0.5 * Length(Cross(to_world.Vector(mesh.positions[t.y] - p),
+                                               to_world.Vector(mesh.positions[t.z] - p)));
                 }
             }
             if (area > 0) {
@@ -238,9 +243,10 @@ class Loader {
             kept.push_back(std::move(scene_.meshes[i]));
         }
         scene_.meshes = std::move(kept);
-        const auto place = [&](const Placement& placement, const Transform& to_world) {
+        const auto place = [&](const Placement& placement, const SampledTransform& to_world) {
             if (index_of[placement.mesh] >= 0) {
-                scene_.instances.push_back({index_of[placement.mesh], to_world});
+                scene_.instances.push_back(
+                    {index_of[placement.mesh], to_world.front(), MotionKeys(to_world)});
             }
         };
         for (const Placement& placement : world_) {
@@ -253,9 +259,15 @@ class Loader {
                                             "the shapes of objects",
                                             kMaxInstances));
             }
+            const SampledTransform to_world =
+                SampleBetween(use.to_world, document_.transform_times, times_, use.place);
+            moves_ = moves_ || use.to_world.moves();
             for (const Placement& placement : object) {
-                place(placement, use.to_world * placement.to_parent);
+                place(placement, Multiply(to_world, placement.to_parent));
             }
+        }
+        if (moves_ || document_.camera_from_world.moves()) {
+            scene_.hints.animation_seconds = document_.transform_times[1];
         }
     }
 
@@ -268,6 +280,8 @@ class Loader {
     Materials materials_;
     Scene scene_;
     LightPlan lights_;
+    std::vector<double> times_;
+    bool moves_ = false;  // something may, at some time
     std::vector<MeshPlan> plans_;
     std::vector<Placement> world_;
     std::vector<std::vector<Placement>> objects_;
@@ -279,13 +293,13 @@ class Loader {
 }  // namespace pbrt
 
 Scene LoadPbrt(const FileSource& files, const std::string& main_name, const LoadOptions& options) {
-    Scene scene = pbrt::Loader(files, main_name).Load(options);
+    Scene scene = pbrt::Loader(files, main_name, options).Load(options);
     ValidateScene(scene);
     return scene;
 }
 
 std::vector<std::string> ListPbrtFiles(const FileSource& files, const std::string& main_name) {
-    return pbrt::Loader(files, main_name).Files();
+    return pbrt::Loader(files, main_name, {}).Files();
 }
 
 }  // namespace relume

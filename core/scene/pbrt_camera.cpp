@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/scene/pbrt_lights.h"
+#include "core/scene/pbrt_motion.h"
 #include "core/scene/pbrt_state.h"
 
 namespace relume::pbrt {
@@ -74,7 +75,16 @@ std::vector<float> ScreenWindow(const Params& params, const Place& place) {
 
 }  // namespace
 
-void ReadCamera(const Document& document, Scene* scene, Notes* notes) {
+std::vector<double> ShutterTimes(const Document& document, const LoadOptions& options) {
+    const Params& params = document.camera.params;
+    const float from = params.Float("shutteropen", 0), to = params.Float("shutterclose", 1);
+    const float open = options.time >= 0 ? options.time : from;
+    const float seconds = options.shutter >= 0 ? options.shutter : std::max(to - from, 0.0f);
+    return SampleTimes(open, seconds);
+}
+
+void ReadCamera(const Document& document, const std::vector<double>& times, Scene* scene,
+                Notes* notes) {
     ReadHints(document, scene, notes);
     const Declared& from = document.camera;
     if (from.type.empty()) {
@@ -91,14 +101,25 @@ void ReadCamera(const Document& document, Scene* scene, Notes* notes) {
                                      from.type));
     }
     // pbrt's camera looks along +z, Scene's along -z.
-    Transform rigid;
-    float scale = 1;
-    if (!SplitScale(Inverse(document.camera_from_world, from.place, "Camera"), &rigid, &scale)) {
-        notes->Add(from.place,
-                   "the camera's transformation is uneven: only its rotation, place "
-                   "and mean scale are used");
+    const auto& ends = document.camera_from_world.at;
+    const Ctm to_world{
+        {Inverse(ends[0], from.place, "Camera"), Inverse(ends[1], from.place, "Camera")}};
+    SampledTransform samples;
+    float scale = 1;  // at first
+    for (const Transform& sample :
+         SampleBetween(to_world, document.transform_times, times, from.place)) {
+        Transform rigid;
+        float sample_scale = 1;
+        if (!SplitScale(sample, &rigid, &sample_scale)) {
+            notes->Add(from.place,
+                       "the camera's transformation is uneven: only its rotation, place "
+                       "and mean scale are used");
+        }
+        scale = samples.empty() ? sample_scale : scale;
+        samples.push_back(rigid * Transform::Scale({1, 1, -1}));
     }
-    camera.to_world = rigid * Transform::Scale({1, 1, -1});
+    camera.to_world = samples.front();
+    camera.motion = MotionKeys(samples);
     std::vector<float> window = ScreenWindow(params, from.place);
     if (from.type == "perspective") {
         const float fov =

@@ -71,7 +71,11 @@ class Parser {
         } else if (word == "Texture") {
             AddTexture();
         } else if (word == "LightSource") {
-            NoteMotion("a light");
+            if (now.ctm.moves()) {
+                notes_->Add(place_,
+                            "motion of a light (ActiveTransform) is not rendered: it stays "
+                            "where it is at the start");
+            }
             document_.lights.push_back({Declare("light"), now.ctm.at[0]});
         } else if (word == "AreaLightSource") {
             now.area_light = static_cast<int>(document_.area_lights.size());
@@ -136,7 +140,10 @@ class Parser {
             state_.now().active[0] = name != "EndTime";
             state_.now().active[1] = name != "StartTime";
         } else if (word == "TransformTimes") {
-            Numbers<2>();
+            document_.transform_times = Numbers<2>();
+            if (!(document_.transform_times[0] < document_.transform_times[1])) {
+                Fail(place_, "TransformTimes: the second time must be later than the first");
+            }
         } else if (word == "ReverseOrientation") {
             state_.now().reverse = !state_.now().reverse;
         } else {
@@ -181,8 +188,7 @@ class Parser {
             if (object_ >= 0) {
                 Fail(place_, "ObjectInstance inside of an object; move it out");
             }
-            NoteMotion("an object's instance");
-            document_.uses.push_back({index, state_.now().ctm.at[0], place_});
+            document_.uses.push_back({index, state_.now().ctm, place_});
         } else {
             return false;
         }
@@ -191,11 +197,11 @@ class Parser {
 
     bool SettingDirective(const std::string& word) {
         if (word == "Camera") {
-            NoteMotion("the camera");
             document_.camera = Declare("camera");
-            document_.camera_from_world = state_.now().ctm.at[0];
-            const Transform inverse = Inverse(document_.camera_from_world, place_, "Camera");
-            state_.NameCoordinates("camera", {{inverse, inverse}});
+            document_.camera_from_world = state_.now().ctm;
+            const auto& ends = document_.camera_from_world.at;
+            state_.NameCoordinates("camera", {{Inverse(ends[0], place_, "Camera"),
+                                               Inverse(ends[1], place_, "Camera")}});
         } else if (word == "Film") {
             document_.film = Declare("film");
             document_.version3 = document_.version3 || document_.film.type == "image";
@@ -230,10 +236,9 @@ class Parser {
 
     void AddShape() {
         const GraphicsState& now = state_.now();
-        NoteMotion("a shape");
         Shape shape;
         shape.is = Declare("shape");
-        shape.to_world = now.ctm.at[0];
+        shape.to_world = now.ctm;
         shape.reverse = now.reverse;
         shape.material = now.material;
         shape.area_light = now.area_light;
@@ -338,14 +343,6 @@ class Parser {
             }
         }
         return numbers;
-    }
-
-    void NoteMotion(const char* what) {
-        if (state_.now().ctm.moves()) {
-            notes_->Add(place_, fmt::format("motion of {} (ActiveTransform) is not rendered: it "
-                                            "stays where it is at the start",
-                                            what));
-        }
     }
 
     Tokens* tokens_;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <map>
 #include <string>
 #include <vector>
@@ -10,6 +11,14 @@
 // A parsed pbrt file: what the directives declare, with the graphics state that each thing was
 // declared in, and nothing interpreted yet.
 namespace relume::pbrt {
+
+// A transformation at two times, see Document::transform_times.
+struct Ctm {
+    Transform at[2];
+
+    bool moves() const { return !(at[0] == at[1]); }
+    friend bool operator==(const Ctm&, const Ctm&) = default;
+};
 
 // Something with a type and parameters: Camera, Film, Material, Texture, LightSource, ...
 struct Declared {
@@ -24,7 +33,7 @@ struct Media {
 
 struct Shape {
     Declared is;
-    Transform to_world;    // at the shutter's opening; in an object: to the object's space
+    Ctm to_world;          // in an object: to the object's space
     bool reverse = false;  // ReverseOrientation
     int material = -1;     // index of Document::materials; -1: the default
     int area_light = -1;   // index of Document::area_lights
@@ -33,12 +42,12 @@ struct Shape {
 
 struct PlacedLight {
     Declared is;
-    Transform to_world;
+    Transform to_world;  // at the first of the two times
 };
 
 struct ObjectUse {
     int object = 0;  // index of Document::objects
-    Transform to_world;
+    Ctm to_world;
     Place place;
 };
 
@@ -59,7 +68,8 @@ struct Document {
     bool version3 = false;           // something was seen that only pbrt-v3 has
 
     Declared camera, film, sampler, integrator;  // empty type: absent
-    Transform camera_from_world;
+    Ctm camera_from_world;
+    std::array<float, 2> transform_times{0, 1};  // seconds, of the two ends of a Ctm
 
     std::vector<Declared> textures;  // `type` is the class; `name` begins with "float " or "color "
     Names texture_names;

@@ -39,8 +39,13 @@ void FinishLights(const LightPlan& plan, Scene* scene, Notes* notes);
 // (Hemi)Sphere using SIMD", 2008), as pbrt-v4 turns it: the middle is +z.
 Vec2f EqualAreaSquare(Vec3f direction);
 
-// The camera, at most one, and what Film, Sampler and Integrator advise.
-void ReadCamera(const Document& document, Scene* scene, Notes* notes);
+// The camera, at most one, and what Film, Sampler and Integrator advise. `times`: see ShutterTimes.
+void ReadCamera(const Document& document, const std::vector<double>& times, Scene* scene,
+                Notes* notes);
+
+// The times at which things that move are looked at (SampleTimes): from the camera's shutteropen to
+// its shutterclose, unless the options say otherwise.
+std::vector<double> ShutterTimes(const Document& document, const LoadOptions& options);
 
 // The rotation (and mirroring) of a transformation without its scale; that in `scale`, as the cube
 // root of the determinant. False if it is skewed or scales unevenly: the nearest axes are given.

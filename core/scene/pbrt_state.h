@@ -10,13 +10,6 @@
 
 namespace relume::pbrt {
 
-// The current transformation at the two ends of the shutter.
-struct Ctm {
-    Transform at[2];
-
-    bool moves() const { return !(at[0] == at[1]); }
-};
-
 // What AttributeBegin saves and AttributeEnd restores.
 struct GraphicsState {
     Ctm ctm;

@@ -49,9 +49,11 @@ void ValidateSettings(const RenderSettings& s) {
                                          s.height));
     }
     if (!std::isfinite(s.lens_radius) || !std::isfinite(s.focus_distance) ||
-        !std::isfinite(s.environment_scale)) {
+        !std::isfinite(s.environment_scale) || !std::isfinite(s.time) ||
+        !std::isfinite(s.shutter)) {
         ThrowInvalidArgument(
-            "lens radius, focus distance and environment scale must be finite numbers");
+            "lens radius, focus distance, environment scale, time and shutter must be finite "
+            "numbers");
     }
     if (s.look) {
         ValidateLook(*s.look);

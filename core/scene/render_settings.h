@@ -28,7 +28,9 @@ struct RenderSettings {
     std::optional<LookCamera> look;  // if set, instead of `camera`
     float lens_radius = -1;          // scene units; negative = the camera's own
     float focus_distance = -1;       // scene units; negative = the camera's own
-    std::string environment;         // name in the manifest; "" = the scene's own
+    float time = -1;          // of the shutter's opening, s; negative = the scene's own (glTF: 0)
+    float shutter = -1;       // how long it is open, s; negative = the scene's own (glTF: 0)
+    std::string environment;  // name in the manifest; "" = the scene's own
     float environment_scale = 1;
     bool allow_black = false;  // render although nothing shines
 

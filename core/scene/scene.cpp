@@ -23,8 +23,21 @@ bool IsEmissive(const Material& material) {
 Box3f Scene::Bounds() const {
     Box3f box;
     for (const Instance& instance : instances) {
-        for (const Vec3f& p : meshes[static_cast<std::size_t>(instance.mesh)].positions) {
-            box.Add(instance.to_world.Point(p));
+        const Mesh& mesh = meshes[static_cast<std::size_t>(instance.mesh)];
+        const auto add = [&](const std::vector<Vec3f>& positions) {
+            for (const Vec3f& p : positions) {
+                box.Add(instance.to_world.Point(p));
+            }
+            // Between keys points go straight ahead.
+            for (const Transform& to_world : instance.motion) {
+                for (const Vec3f& p : positions) {
+                    box.Add(to_world.Point(p));
+                }
+            }
+        };
+        add(mesh.positions);
+        for (const std::vector<Vec3f>& positions : mesh.motion) {
+            add(positions);
         }
     }
     return box;

@@ -159,6 +159,7 @@ struct RenderHints {
     int width = 0, height = 0;
     int max_depth = 0;  // path segments, as RenderSettings::max_depth
     int spp = 0;
+    float animation_seconds = 0;  // the last time at which its animations or transforms change
 };
 
 struct Scene {
@@ -175,7 +176,7 @@ struct Scene {
         notes;  // what the loader left out or replaced, each once, for the user
     RenderHints hints;
 
-    Box3f Bounds() const;                 // of all instances, world space
+    Box3f Bounds() const;  // of all instances, world space, while the shutter is open
     std::uint64_t TriangleCount() const;  // instances counted
     // True if anything can shine: environment, lights, or an instance with an emissive material.
     bool HasLight() const;

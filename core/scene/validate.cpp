@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/base/error.h"
@@ -44,6 +45,15 @@ void CheckTransform(const Transform& transform, const SourceLocation& place) {
     }
 }
 
+void CheckMotion(const std::vector<Transform>& motion, const SourceLocation& place) {
+    if (motion.size() == 1) {
+        Fail(place, "its motion has one key; it needs two or more, or none");
+    }
+    for (const Transform& transform : motion) {
+        CheckTransform(transform, place);
+    }
+}
+
 template <class T>
 void CheckAttribute(const std::vector<T>& values, const Mesh& mesh, const char* what) {
     if (!values.empty() && values.size() != mesh.positions.size()) {
@@ -67,6 +77,16 @@ void CheckMesh(const Mesh& mesh, std::size_t material_count) {
         if (!IsFinite(mesh.positions[i])) {
             Fail(mesh.source,
                  fmt::format("vertex {} is not finite (NaN or infinity); repair the mesh", i));
+        }
+    }
+    for (const std::vector<Vec3f>& key : mesh.motion) {
+        if (mesh.motion.size() < 2 || key.size() != mesh.positions.size()) {
+            Fail(mesh.source, fmt::format("its motion has {} keys, one of {} positions for {} "
+                                          "vertices; export the scene again",
+                                          mesh.motion.size(), key.size(), mesh.positions.size()));
+        }
+        if (!std::all_of(key.begin(), key.end(), [](Vec3f p) { return IsFinite(p); })) {
+            Fail(mesh.source, "a moving vertex is not finite (NaN or infinity); repair the mesh");
         }
     }
     for (std::size_t i = 0; i < mesh.normals.size(); ++i) {
@@ -149,12 +169,14 @@ void ValidateScene(const Scene& scene) {
         CheckIndex(instance.mesh, scene.meshes.size(), scene.name, "mesh");
         CheckTransform(instance.to_world,
                        scene.meshes[static_cast<std::size_t>(instance.mesh)].source);
+        CheckMotion(instance.motion, scene.meshes[static_cast<std::size_t>(instance.mesh)].source);
     }
     for (const Light& light : scene.lights) {
         CheckTransform(light.to_world, light.source);
     }
     for (const Camera& camera : scene.cameras) {
         CheckTransform(camera.to_world, camera.source);
+        CheckMotion(camera.motion, camera.source);
     }
     if (scene.environment != nullptr && scene.environment->image != -1) {
         CheckIndex(scene.environment->image, scene.images.size(), scene.name, "environment image");

@@ -68,6 +68,12 @@ v1::RenderSettings ToProto(const RenderSettings& s) {
     if (s.focus_distance >= 0) {
         message.set_focus_distance(s.focus_distance);
     }
+    if (s.time >= 0) {
+        message.set_time(s.time);
+    }
+    if (s.shutter >= 0) {
+        message.set_shutter(s.shutter);
+    }
     message.set_environment(s.environment);
     message.set_environment_scale(s.environment_scale);
     message.set_allow_black(s.allow_black);
@@ -97,6 +103,12 @@ RenderSettings FromProto(const v1::RenderSettings& message) {
     }
     if (message.has_focus_distance()) {
         s.focus_distance = message.focus_distance();
+    }
+    if (message.has_time()) {
+        s.time = message.time();
+    }
+    if (message.has_shutter()) {
+        s.shutter = message.shutter();
     }
     s.environment = message.environment();
     if (message.environment_scale() != 0) {

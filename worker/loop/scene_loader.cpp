@@ -34,6 +34,8 @@ SceneLoader MakeSceneLoader() {
             LoadOptions options;
             options.environment = settings.environment;
             options.environment_scale = settings.environment_scale;
+            options.time = settings.time;
+            options.shutter = settings.shutter;
             auto shared = std::make_shared<Shared>();
             {
                 Scene scene = LoadScene(files, manifest.main, options);

@@ -89,6 +89,12 @@ struct BuiltScene::Impl {
                 "{} NaN, infinite or negative values of the environment map were replaced",
                 lights.repaired_environment_values()));
         }
+        if (lights.has_moving_emitters()) {
+            notes.push_back(
+                "surfaces that shine and move are found by chance alone: they bring more noise "
+                "than "
+                "those that stand still");
+        }
         notes.push_back(fmt::format("{}; {:.1f} MiB of textures; {} lights", accel.Describe(),
                                     static_cast<double>(textures.bytes()) / (1 << 20),
                                     lights.size()));

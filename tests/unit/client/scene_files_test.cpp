@@ -95,7 +95,7 @@ TEST_F(SceneFilesTest, EnvironmentElsewhereIsEnteredBesideTheScene) {
     EXPECT_EQ(scene.environment, "environment/sky.hdr");
     EXPECT_EQ(scene.manifest.entries.back().path, scene.environment);
     EXPECT_EQ(scene.manifest.entries.back().sha256, Sha256Hex(ReadFile(sky_)));
-    const Scene loaded = LoadForChecks(scene, 2);
+    const Scene loaded = LoadForChecks(scene, {.environment_scale = 2});
     ASSERT_NE(loaded.environment, nullptr);
     EXPECT_EQ(loaded.images[static_cast<std::size_t>(loaded.environment->image)].width, 4);
 }
@@ -126,7 +126,7 @@ TEST_F(SceneFilesTest, NamesWhatIsMissing) {
 
 TEST_F(SceneFilesTest, ChecksRefuseDarknessUnlessAskedFor) {
     Write(main(), Gltf());
-    const Scene scene = LoadForChecks(CollectScene(main(), ""), 1);
+    const Scene scene = LoadForChecks(CollectScene(main(), ""), {});
     RenderSettings settings;
     const std::string message = Message([&] { CheckScene(scene, settings); });
     EXPECT_NE(message.find("--environment"), std::string::npos) << message;
@@ -134,12 +134,12 @@ TEST_F(SceneFilesTest, ChecksRefuseDarknessUnlessAskedFor) {
     settings.allow_black = true;
     EXPECT_EQ(Message([&] { CheckScene(scene, settings); }), "");
     settings.allow_black = false;
-    const Scene lit = LoadForChecks(CollectScene(main(), sky_), 1);
+    const Scene lit = LoadForChecks(CollectScene(main(), sky_), {});
     EXPECT_EQ(Message([&] { CheckScene(lit, settings); }), "");
 }
 
 TEST_F(SceneFilesTest, SaysThatACameraIsFitted) {
-    const Scene scene = LoadForChecks(CollectScene(main(), ""), 1);
+    const Scene scene = LoadForChecks(CollectScene(main(), ""), {});
     const auto notes = CheckScene(scene, {});
     ASSERT_FALSE(notes.empty());
     EXPECT_NE(notes.back().find("no camera"), std::string::npos);
@@ -154,7 +154,7 @@ TEST_F(SceneFilesTest, FindsCamerasByNameAndIndex) {
           Gltf(kGlowing, std::string(kCameras) + R"(,"nodes":[{"mesh":0},{"camera":0},{"camera":1}],
             "scenes":[{"nodes":[0,1,2]}])"));
     // The keys come twice in this JSON: the later ones count.
-    const Scene scene = LoadForChecks(CollectScene(main(), ""), 1);
+    const Scene scene = LoadForChecks(CollectScene(main(), ""), {});
     ASSERT_EQ(scene.cameras.size(), 2u);
     EXPECT_EQ(FindCamera(scene, ""), &scene.cameras[0]);
     EXPECT_EQ(FindCamera(scene, "1"), &scene.cameras[1]);
@@ -177,7 +177,7 @@ TEST(SetDefaultSize, FollowsTheCamerasShape) {
 }
 
 TEST_F(SceneFilesTest, NeedsAreWhatIsUsed) {
-    const auto needs = SceneNeeds(LoadForChecks(CollectScene(main(), sky_), 1));
+    const auto needs = SceneNeeds(LoadForChecks(CollectScene(main(), sky_), {}));
     EXPECT_EQ(needs, (std::vector<std::string>{"textures (1 material)", "area lights (1 material)",
                                                "environment map"}));
 }

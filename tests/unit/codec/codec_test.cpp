@@ -37,6 +37,8 @@ RenderSettings Settings() {
     s.look = LookCamera{{1, 2, 3}, {4, 5, 6}, {0, 0, 1}, 50};
     s.lens_radius = 0;
     s.focus_distance = 2.5f;
+    s.time = 0;
+    s.shutter = 0.25f;
     s.environment = "sky.hdr";
     s.environment_scale = 0.5f;
     s.allow_black = true;
@@ -53,6 +55,8 @@ void ExpectEqual(const RenderSettings& a, const RenderSettings& b) {
     EXPECT_EQ(a.look, b.look);
     EXPECT_EQ(a.lens_radius, b.lens_radius);
     EXPECT_EQ(a.focus_distance, b.focus_distance);
+    EXPECT_EQ(a.time, b.time);
+    EXPECT_EQ(a.shutter, b.shutter);
     EXPECT_EQ(a.environment, b.environment);
     EXPECT_EQ(a.environment_scale, b.environment_scale);
     EXPECT_EQ(a.allow_black, b.allow_black);
@@ -102,6 +106,8 @@ TEST(CodecSettings, NonsenseIsRefused) {
     ExpectInvalid("finite", [&] { FromProto(with([](M m) { m->set_lens_radius(NAN); })); });
     ExpectInvalid("finite",
                   [&] { FromProto(with([](M m) { m->set_environment_scale(INFINITY); })); });
+    ExpectInvalid("finite", [&] { FromProto(with([](M m) { m->set_time(NAN); })); });
+    ExpectInvalid("finite", [&] { FromProto(with([](M m) { m->set_shutter(INFINITY); })); });
     ExpectInvalid("depth", [&] { FromProto(with([](M m) { m->set_max_depth(-3); })); });
     ExpectInvalid("depth", [&] { FromProto(with([](M m) { m->set_max_depth(100'000); })); });
 }

@@ -143,8 +143,7 @@ TEST(PbrtNotes, EachUnsupportedThingIsNamedOnceWithItsPlace) {
         "Shape \"cone\"\nShape \"cone\"\nMaterial \"hair\"\nShape \"sphere\" \"float nonsense\" 1\n"
         "LightSource \"projection\"\nTexture \"t\" \"float\" \"wrinkled\"\n"
         "Material \"matte\" \"texture sigma\" \"t\" \"float gloss\" 1\n"
-        "CoordSysTransform \"nowhere\"\nOption \"seed\" 3\nColorSpace \"rec2020\"\n"
-        "ActiveTransform EndTime Translate 1 0 0 ActiveTransform All\n");
+        "CoordSysTransform \"nowhere\"\nOption \"seed\" 3\nColorSpace \"rec2020\"\n");
     const std::string notes = Text(scene);
     for (const char* expected :
          {"scene.pbrt:3: shapes of type cone", "scene.pbrt:5: materials of type hair",
@@ -152,7 +151,7 @@ TEST(PbrtNotes, EachUnsupportedThingIsNamedOnceWithItsPlace) {
           "scene.pbrt:7: lights of type projection", "scene.pbrt:8: textures of type wrinkled",
           "scene.pbrt:9: material of type matte: the parameter \"float gloss\"",
           "scene.pbrt:10: the coordinate system 'nowhere'", "scene.pbrt:11: the option 'seed'",
-          "scene.pbrt:12: the colour space 'rec2020'", "scene.pbrt:14: motion of a shape"}) {
+          "scene.pbrt:12: the colour space 'rec2020'"}) {
         EXPECT_THAT(notes, HasSubstr(expected));
     }
     EXPECT_EQ(notes.find("cone"), notes.rfind("cone"));

@@ -50,6 +50,30 @@ TEST(ValidateScene, MeshFaultsNameTheMesh) {
                 HasSubstr("x: mesh 0: material 1"));
 }
 
+TEST(ValidateScene, MotionFaultsNameTheThing) {
+    const auto moving = [](std::vector<Vec3f> last) {
+        return [last](Scene* s) { s->meshes[0].motion = {s->meshes[0].positions, last}; };
+    };
+    EXPECT_THAT(Message(moving({{0, 0, 0}})),
+                HasSubstr("x: mesh 0: its motion has 2 keys, one of 1 positions for 3 vertices"));
+    EXPECT_THAT(Message(moving({{0, 0, 0}, {0, kNaN, 0}, {0, 0, 0}})),
+                HasSubstr("x: mesh 0: a moving vertex is not finite"));
+    EXPECT_THAT(Message([](Scene* s) { s->meshes[0].motion = {s->meshes[0].positions}; }),
+                HasSubstr("x: mesh 0: its motion has 1 keys"));
+    EXPECT_THAT(Message([](Scene* s) { s->instances[0].motion.resize(1); }),
+                HasSubstr("x: mesh 0: its motion has one key"));
+    EXPECT_THAT(Message([](Scene* s) {
+                    s->instances[0].motion = {Transform(), Transform::Scale({0, 1, 1})};
+                }),
+                HasSubstr("x: mesh 0: its transform is singular"));
+    EXPECT_THAT(Message([](Scene* s) {
+                    s->cameras.emplace_back();
+                    s->cameras[0].source = "x: camera 0";
+                    s->cameras[0].motion = {Transform(), Transform::Translate({kNaN, 0, 0})};
+                }),
+                HasSubstr("x: camera 0: its transform is not finite"));
+}
+
 TEST(ValidateScene, TheFirstOfSeveralFaultsIsTold) {
     EXPECT_THAT(Message([](Scene* s) {
                     for (int i = 1; i < 50; ++i) {

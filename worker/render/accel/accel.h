@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <string>
 #include <vector>
@@ -16,17 +17,19 @@ struct Ray {
     float far = std::numeric_limits<float>::infinity();  // in lengths of the direction
     Vec3f direction;
     std::uint32_t seed = 0;  // decides at partly transparent surfaces
+    float time = 0;          // in [0, 1]: 0 is when the shutter opens
 };
 
 struct Hit {
     float t = 0, u = 0, v = 0;
     std::uint32_t object = 0, triangle = 0;
-    Vec3f normal;  // of the triangle's front, world space, unit length
+    float time = 0;  // of the ray
+    Vec3f normal;    // of the triangle's front, world space, unit length
 };
 
 // The scene's triangles behind Embree. Immutable, thread-safe. Meshes of one instance lie in one
 // structure, in world space; meshes of several share one (two levels), unless that costs little
-// memory to avoid.
+// memory to avoid. What moves has two levels; a mesh that deforms has its vertices at each key.
 class Accel {
   public:
     // Keeps references to `materials` (one a material of the scene) and `textures`, not to `scene`.
@@ -44,12 +47,15 @@ class Accel {
     std::vector<Object>& objects() { return objects_; }
     const std::vector<Object>& objects() const { return objects_; }
     std::string Describe() const;
+    // Whether anything is elsewhere at another time.
+    bool moves() const { return !motions_.empty(); }
 
   private:
     struct Embree;
     std::vector<Object> objects_;
     std::vector<std::vector<TriangleData>> triangles_;  // by mesh; empty where nothing needs them
     std::vector<std::vector<UvGradients>> gradients_;   // the same
+    std::deque<ObjectMotion> motions_;
     std::unique_ptr<Embree> embree_;
 };
 

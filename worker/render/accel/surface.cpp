@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace relume::render {
 namespace {
@@ -17,7 +18,7 @@ constexpr float kLeastCosine = 0.02f, kSmallestCosine = 1e-4f;
 
 // Tangent (towards growing u) at the hit, world space.
 Vec3f TangentAt(const Object& object, const Hit& hit) {
-    return object.TransformTangent(object.triangles[hit.triangle].Tangent(hit.u, hit.v));
+    return object.TransformTangent(object.Tangent(hit.triangle, hit.u, hit.v));
 }
 
 Vec3f NormalTexel(const TextureSet& textures, TextureId id, Vec2f uv) {
@@ -61,9 +62,11 @@ Vec2f HitUv(const Object& object, const Hit& hit) {
     return object.triangles != nullptr ? object.triangles[hit.triangle].Uv(hit.u, hit.v) : Vec2f{};
 }
 
-Surface MakeSurface(const Object& object, const Hit& hit, Vec3f origin, Vec3f direction, Vec2f uv,
+Surface MakeSurface(const Object& at_first, const Hit& hit, Vec3f origin, Vec3f direction, Vec2f uv,
                     const CompiledMaterial& material, const TextureSet& textures,
                     const SurfaceTexels* texels) {
+    std::optional<Object> moved;
+    const Object& object = at_first.At(hit.time, &moved);
     Surface s;
     s.uv = uv;
     s.point = origin + direction * hit.t;
@@ -79,7 +82,7 @@ Surface MakeSurface(const Object& object, const Hit& hit, Vec3f origin, Vec3f di
     s.at.geometric = s.at.front ? front : -front;
     Vec3f normal = front;
     if (object.has_normals) {
-        const Vec3f n = object.TransformNormal(object.triangles[hit.triangle].Normal(hit.u, hit.v));
+        const Vec3f n = object.TransformNormal(object.Normal(hit.triangle, hit.u, hit.v));
         const float length2 = Length2(n);
         if (length2 > 0) {
             normal = n * (1 / std::sqrt(length2));

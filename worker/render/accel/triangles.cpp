@@ -62,10 +62,16 @@ std::uint16_t UpperHalf(float v) {
 }  // namespace
 
 float LargestEdge(const Mesh& mesh, Vec3u triangle) {
-    const Vec3f a = mesh.positions[triangle.x], b = mesh.positions[triangle.y],
-                c = mesh.positions[triangle.z];
-    const Vec3f box = Max(a, Max(b, c)) - Min(a, Min(b, c));
-    return MaxComponent(box);
+    const auto at = [triangle](const std::vector<Vec3f>& positions) {
+        const Vec3f a = positions[triangle.x], b = positions[triangle.y], c = positions[triangle.z];
+        const Vec3f box = Max(a, Max(b, c)) - Min(a, Min(b, c));
+        return MaxComponent(box);
+    };
+    float largest = at(mesh.positions);
+    for (const std::vector<Vec3f>& positions : mesh.motion) {
+        largest = std::max(largest, at(positions));
+    }
+    return largest;
 }
 
 std::vector<TriangleData> GatherTriangles(const Mesh& mesh, bool tangents) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/math/keys.h"
 #include "worker/render/sampler/warp.h"
 
 namespace relume::render {
@@ -53,6 +54,19 @@ void ReadLens(const ParamSet& params, const RenderSettings& settings, RayCamera*
         ThrowInvalidArgument(
             fmt::format("focus_distance {} must be above 0", camera->focus_distance));
     }
+}
+
+CameraRay RayCamera::MoveTo(float time, const CameraRay& ray) const {
+    const CameraAxes axes = AxesOf(Interpolate(motion, time));
+    const auto turn = [&](Vec3f v) {
+        return axes.right * Dot(right, v) + axes.up * Dot(up, v) + axes.forward * Dot(forward, v);
+    };
+    return {axes.origin + turn(ray.origin - origin), Normalize(turn(ray.direction))};
+}
+
+CameraAxes AxesOf(const Transform& to_world) {
+    return {to_world.Point({0, 0, 0}), Normalize(to_world.Vector({1, 0, 0})),
+            Normalize(to_world.Vector({0, 1, 0})), Normalize(to_world.Vector({0, 0, -1}))};
 }
 
 }  // namespace relume::render

@@ -12,6 +12,12 @@ struct CameraRay {
     Vec3f origin, direction;  // unit length
 };
 
+// Where a camera is and looks: its axes have unit length, at right angles.
+struct CameraAxes {
+    Vec3f origin, right, up, forward;
+};
+CameraAxes AxesOf(const Transform& to_world);
+
 // What a camera sees of its image plane: at distance 1, or in scene units (orthographic); y up.
 struct ScreenWindow {
     float x_min = -1, x_max = 1, y_min = -1, y_max = 1;
@@ -28,9 +34,14 @@ struct RayCamera {
     float lens_radius = 0, focus_distance = 1;  // scene units; radius 0: pinhole
     int width = 1, height = 1;                  // pixels
 
+    std::vector<Transform>
+        motion;  // camera to world at keys, as Camera::motion; the first is above
+
     // `film` in pixels from the upper left corner of the full frame; `lens` in [0, 1)^2, read only
     // if there is one.
     CameraRay Generate(Vec2f film, Vec2f lens) const;
+    // Of a camera that moves: what Generate gave, as seen at a time in [0, 1].
+    CameraRay MoveTo(float time, const CameraRay& ray) const;
 };
 
 // The parameter screen_window times `unit`, or else the centred window of these half extents.

@@ -29,10 +29,13 @@ RayCamera CompileCamera(const Camera& camera, const RenderSettings& settings) {
             RayCamera compiled = entry.make(params, settings);
             compiled.width = settings.width;
             compiled.height = settings.height;
-            compiled.origin = camera.to_world.Point({0, 0, 0});
-            compiled.right = Normalize(camera.to_world.Vector({1, 0, 0}));
-            compiled.up = Normalize(camera.to_world.Vector({0, 1, 0}));
-            compiled.forward = Normalize(camera.to_world.Vector({0, 0, -1}));
+            const CameraAxes axes =
+                AxesOf(camera.motion.empty() ? camera.to_world : camera.motion.front());
+            compiled.origin = axes.origin;
+            compiled.right = axes.right;
+            compiled.up = axes.up;
+            compiled.forward = axes.forward;
+            compiled.motion = camera.motion;
             if (!IsFinite(compiled.origin) || !IsFinite(compiled.right) || !IsFinite(compiled.up) ||
                 !IsFinite(compiled.forward)) {
                 ThrowInvalidArgument("its transform is not finite or has a scale of 0");

@@ -12,6 +12,8 @@ namespace relume::render {
 // Random dimensions of a path: pairs, see Sampler. Those of a vertex follow those of the vertex
 // before.
 enum CameraDimension : std::uint32_t { kPixelDimension, kLensDimension, kFirstVertexDimension };
+// Apart from all others: what stands still draws the same numbers as if nothing moved.
+constexpr std::uint32_t kTimeDimension = 0xffffffffu;
 enum VertexDimension : std::uint32_t {
     kLightDimension,
     kDirectionDimension,
@@ -45,6 +47,7 @@ struct Path {
     Sampler sampler;
     // The ray to the next vertex. `direction` has unit length.
     Vec3f origin, direction;
+    float time = 0;  // in [0, 1]: 0 is when the shutter opens, and always if nothing moves
     Rgb throughput{1, 1, 1};
     float pdf = 0;        // density of `direction`; 0: perfectly specular, or from the camera
     LightReceiver from;   // where `direction` was drawn: lights might have been sampled there

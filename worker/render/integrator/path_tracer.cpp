@@ -34,6 +34,7 @@ PathTracer::PathTracer(const Accel& accel, const std::vector<CompiledMaterial>& 
         chooses_ = chooses_ || m.Chooses();
         absorbs_ = absorbs_ || m.absorbs;
     }
+    moves_ = accel.moves() || !camera.motion.empty();
     last_is_any_hit_ = !lights.has_emissive_surfaces();
     last_finds_nothing_ = last_is_any_hit_ && !lights.has_environment();
     if (!bounds.empty()) {
@@ -100,12 +101,21 @@ void PathTracer::Start(const SampleRequest& request, Path* path) const {
         lens);
     path->origin = ray.origin;
     path->direction = ray.direction;
+    if (moves_) {
+        path->time = path->sampler.One(kTimeDimension);
+        if (!camera_.motion.empty()) {
+            const CameraRay moved = camera_.MoveTo(path->time, ray);
+            path->origin = moved.origin;
+            path->direction = moved.direction;
+        }
+    }
 }
 
 bool PathTracer::Extend(Path* path, int depth) const {
     Ray ray;
     ray.origin = path->origin;
     ray.direction = path->direction;
+    ray.time = path->time;
     if (blends_) {
         ray.seed = path->sampler.Bits(VertexBase(depth) + kRayDimension);
     }
@@ -147,7 +157,7 @@ void PathTracer::DrawRandoms(std::span<const std::uint32_t> alive, std::span<con
     }
     const std::uint32_t base = VertexBase(depth);
     batch.Pairs(base + kDirectionDimension, n, randoms->direction_x, randoms->direction_y);
-    if (!lights_.black()) {
+    if (!lights_.none_to_sample()) {
         batch.Pairs(base + kLightDimension, n, randoms->light_x, randoms->light_y);
         if (!lights_.single()) {
             batch.OneBits(base + kLightChoiceDimension, n, randoms->light_choice);
@@ -211,7 +221,7 @@ bool PathTracer::Shade(Path* path, int depth, const Randoms& randoms, std::size_
         return false;
     }
     path->from = {surface.point, bsdf.normal(), part.Transmits()};
-    if (bsdf.HasSmoothLobe() && !lights_.black()) {
+    if (bsdf.HasSmoothLobe() && !lights_.none_to_sample()) {
         SampleLight(surface, bsdf, depth, randoms, row, path);
     }
     if (depth + 1 == max_depth_ && last_finds_nothing_ && !path->features_open) {
@@ -266,6 +276,7 @@ void PathTracer::SampleLight(const Surface& surface, const Bsdf& bsdf, int depth
     }
     path->has_shadow_ray = true;
     Ray& ray = path->shadow_ray;
+    ray.time = path->time;
     ray.origin = surface.Leave(light->wi);
     if (std::isinf(light->distance)) {
         ray.direction = light->wi;

@@ -64,6 +64,7 @@ class PathTracer {
     const RayCamera& camera_;
     std::uint32_t seed_;
     int max_depth_;
+    bool moves_ = false;               // something does, or the camera: paths have a time
     bool blends_ = false;              // some surface is partly transparent
     bool chooses_ = false;             // some surface draws a lobe apart from its direction
     bool absorbs_ = false;             // some glass absorbs

@@ -20,7 +20,9 @@ LightSet::LightSet(const Scene& scene, const std::vector<CompiledMaterial>& mate
         const Instance& instance = scene.instances[o];
         const Mesh& mesh = scene.meshes[static_cast<std::size_t>(instance.mesh)];
         Object& object = accel->objects()[o];
-        if (materials[object.material].IsEmissive()) {
+        if (materials[object.material].IsEmissive() && object.motion != nullptr) {
+            moving_emitters_ = true;
+        } else if (materials[object.material].IsEmissive()) {
             object.first_light = static_cast<std::int32_t>(area_of_.size());
             AddAreaLights(mesh, instance.to_world, static_cast<std::uint32_t>(o), object, &extents,
                           &powers);

@@ -24,9 +24,12 @@ class LightSet {
     LightSet(const Scene& scene, const std::vector<CompiledMaterial>& materials,
              const TextureSet& textures, Accel* accel);
 
-    // Nothing shines.
-    bool black() const { return size() == 0; }
-    bool has_emissive_surfaces() const { return emissive_surfaces_; }
+    // Nothing shines, or nothing that Sample could find.
+    bool black() const { return none_to_sample() && !moving_emitters_; }
+    bool none_to_sample() const { return size() == 0; }
+    bool has_emissive_surfaces() const { return emissive_surfaces_ || moving_emitters_; }
+    // Surfaces that shine and move: rays find them by chance, Sample does not.
+    bool has_moving_emitters() const { return moving_emitters_; }
     bool has_environment() const { return environment_probability_ > 0; }
     // One light only: Sample does not read `choice`.
     bool single() const { return size() == 1; }
@@ -80,6 +83,7 @@ class LightSet {
     EnvironmentLight environment_;
     float placed_probability_ = 0, environment_probability_ = 0;
     bool emissive_surfaces_ = false;
+    bool moving_emitters_ = false;
 };
 
 }  // namespace relume::render
