@@ -3,31 +3,15 @@
 #include <cmath>
 
 #include "core/scene/motion.h"
+#include "tests/support/lit.h"
 #include "tests/support/scenes.h"
-#include "worker/render/accel/accel.h"
-#include "worker/render/bsdf/registry.h"
 #include "worker/render/camera/ray_camera.h"
-#include "worker/render/texture/texture_set.h"
 
 namespace relume::render {
 namespace {
 
-// What the accel needs beside the scene.
-struct Made {
-    std::vector<CompiledMaterial> materials;
-    TextureSet textures;
-    Accel accel;
-
-    explicit Made(const Scene& scene)
-        : materials(Compile(scene)), textures(scene, {}), accel(scene, materials, textures) {}
-
-    static std::vector<CompiledMaterial> Compile(const Scene& scene) {
-        std::vector<CompiledMaterial> materials;
-        for (const Material& material : scene.materials) {
-            materials.push_back(CompileMaterial(material, scene));
-        }
-        return materials;
-    }
+struct Made : test::Lit {
+    using Lit::Lit;
 
     // Along -z from z = 5.
     bool Hits(float x, float y, float time, Hit* hit) const {

@@ -9,8 +9,9 @@
 namespace relume::render {
 namespace {
 
-// Russian roulette begins at this vertex.
-constexpr int kFirstRoulette = 2;
+// Russian roulette begins at this vertex. A path survives by the root of its throughput, so that
+// none comes out of dark surfaces with many times its weight (docs/adr, roulette).
+constexpr int kFirstRoulette = 3;
 
 // Shadow rays end this much short of their light, relative to its distance, at least.
 constexpr float kShadowGap = 1e-5f;
@@ -309,7 +310,7 @@ bool PathTracer::SampleDirection(const Surface& surface, const CompiledMaterial&
         path->absorption = surface.at.front ? material.absorption : Rgb{};
     }
     if (depth >= kFirstRoulette) {
-        const float survival = MaxComponent(path->throughput) * path->eta_scale;
+        const float survival = std::sqrt(MaxComponent(path->throughput) * path->eta_scale);
         if (survival < 1) {
             if (ToUnit(randoms.roulette[row]) >= survival) {
                 return false;
