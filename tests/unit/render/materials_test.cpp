@@ -76,6 +76,37 @@ TEST(Materials, GlassAbsorbsByTheLengthInside) {
     EXPECT_NEAR(Seen(scene, 2, 1024), std::exp(-4.0), 4 * 0.01 / 256);
 }
 
+TEST(Materials, LampInsideGlassIsAbsorbedHoweverItIsFound) {
+    // A white floor and a lamp over it inside a block of index 1, seen through its side; lamp found
+    // by light sampling alone (a point) or by either (a quad).
+    const auto seen = [](bool point, float sigma) {
+        auto scene = std::make_shared<Scene>();
+        scene->materials = {
+            Make("dielectric", {{"ior", {1}}, {"absorption", {sigma, sigma, sigma}}}),
+            Diffuse({1, 1, 1}), Diffuse({0, 0, 0}, {1, 1, 1})};
+        AddMesh(scene.get(), Cube(0));
+        AddMesh(scene.get(), Quad({-0.9f, -0.9f, 0.9f}, {0.9f, -0.9f, 0.9f}, {0.9f, -0.9f, -0.9f},
+                                  {-0.9f, -0.9f, -0.9f}, 1));
+        if (point) {
+            scene->lights.push_back(PointLight({0, 0.1f, 0}, {1, 1, 1}));
+        } else {
+            AddMesh(scene.get(), Quad({-0.01f, 0.1f, -0.01f}, {0.01f, 0.1f, -0.01f},
+                                      {0.01f, 0.1f, 0.01f}, {-0.01f, 0.1f, 0.01f}, 2));
+        }
+        // From outside, down at the middle of the floor: 2 / cos of the way lies inside... straight
+        // down past the lamp's edge.
+        scene->cameras.push_back(
+            PerspectiveCamera({0.02f, 9, 0}, {0.02f, 0, 0}, 1e-4f, {0, 0, -1}));
+        return Seen(scene, 1, 1024, 3);
+    };
+    // 1 from lamp to floor, 1.9 from there to the block's top.
+    for (const bool point : {true, false}) {
+        const double clear = seen(point, 0), dim = seen(point, 0.5f);
+        EXPECT_GT(clear, 0) << point;
+        EXPECT_NEAR(dim / clear, std::exp(-0.5 * 2.9), 0.01) << point;
+    }
+}
+
 TEST(Materials, VolumeOfGltfAbsorbs) {
     Material glass = Make("metallic_roughness", {{"transmission", {1}},
                                                  {"metallic", {0}},

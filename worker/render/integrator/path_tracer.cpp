@@ -18,6 +18,17 @@ constexpr float kShadowGap = 1e-5f;
 
 bool IsBlack(Rgb c) { return c.x == 0 && c.y == 0 && c.z == 0; }
 
+// What is left of light over a distance (Beer and Lambert).
+Rgb Transmittance(Rgb absorption, float distance) {
+    return {Exp(-absorption.x * distance), Exp(-absorption.y * distance),
+            Exp(-absorption.z * distance)};
+}
+
+// Absorption on the other side of the surface of a solid, coming from `front` or back.
+Rgb AbsorptionBeyond(const Surface& surface, const CompiledMaterial& material) {
+    return surface.at.front ? material.absorption : Rgb{};
+}
+
 }  // namespace
 
 PathTracer::PathTracer(const Accel& accel, const std::vector<CompiledMaterial>& materials,
@@ -202,8 +213,7 @@ bool PathTracer::Shade(Path* path, int depth, const Randoms& randoms, std::size_
     const Surface surface = MakeSurface(object, path->hit, path->origin, path->direction, path->uv,
                                         material, textures_, texels);
     if (absorbs_) {
-        const Rgb t = path->absorption * -path->hit.t;
-        path->throughput *= Rgb{Exp(t.x), Exp(t.y), Exp(t.z)};
+        path->throughput *= Transmittance(path->absorption, path->hit.t);
     }
     AddEmission(surface, material, path);
     if (depth == max_depth_ && !path->features_open) {
@@ -223,7 +233,7 @@ bool PathTracer::Shade(Path* path, int depth, const Randoms& randoms, std::size_
     }
     path->from = {surface.point, bsdf.normal(), part.Transmits()};
     if (bsdf.HasSmoothLobe() && !lights_.none_to_sample()) {
-        SampleLight(surface, bsdf, depth, randoms, row, path);
+        SampleLight(surface, part, bsdf, depth, randoms, row, path);
     }
     if (depth + 1 == max_depth_ && last_finds_nothing_ && !path->features_open) {
         return false;
@@ -256,8 +266,9 @@ void PathTracer::WriteFeatures(const Surface& surface, const Bsdf& bsdf, Path* p
     path->shadow_is_feature = !path->features_open;
 }
 
-void PathTracer::SampleLight(const Surface& surface, const Bsdf& bsdf, int depth,
-                             const Randoms& randoms, std::size_t row, Path* path) const {
+void PathTracer::SampleLight(const Surface& surface, const CompiledMaterial& material,
+                             const Bsdf& bsdf, int depth, const Randoms& randoms, std::size_t row,
+                             Path* path) const {
     const std::uint32_t choice = lights_.single() ? 0 : randoms.light_choice[row];
     const auto light =
         lights_.Sample(path->from, choice, {randoms.light_x[row], randoms.light_y[row]});
@@ -274,6 +285,11 @@ void PathTracer::SampleLight(const Surface& surface, const Bsdf& bsdf, int depth
         path->throughput * value.f * light->radiance * (cosine * weight / light->pdf);
     if (IsBlack(path->shadow_radiance)) {
         return;
+    }
+    if (absorbs_ && !std::isinf(light->distance)) {
+        const bool crosses = Dot(light->wi, surface.at.geometric) < 0 && !material.thin;
+        path->shadow_radiance *= Transmittance(
+            crosses ? AbsorptionBeyond(surface, material) : path->absorption, light->distance);
     }
     path->has_shadow_ray = true;
     Ray& ray = path->shadow_ray;
@@ -307,7 +323,7 @@ bool PathTracer::SampleDirection(const Surface& surface, const CompiledMaterial&
         return false;
     }
     if (absorbs_ && next->transmitted && !material.thin) {
-        path->absorption = surface.at.front ? material.absorption : Rgb{};
+        path->absorption = AbsorptionBeyond(surface, material);
     }
     if (depth >= kFirstRoulette) {
         const float survival = std::sqrt(MaxComponent(path->throughput) * path->eta_scale);

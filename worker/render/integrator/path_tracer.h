@@ -51,8 +51,8 @@ class PathTracer {
     bool Shade(Path* path, int depth, const Randoms& randoms, std::size_t row) const;
     void AddEmission(const Surface& surface, const CompiledMaterial& material, Path* path) const;
     void WriteFeatures(const Surface& surface, const Bsdf& bsdf, Path* path) const;
-    void SampleLight(const Surface& surface, const Bsdf& bsdf, int depth, const Randoms& randoms,
-                     std::size_t row, Path* path) const;
+    void SampleLight(const Surface& surface, const CompiledMaterial& material, const Bsdf& bsdf,
+                     int depth, const Randoms& randoms, std::size_t row, Path* path) const;
     bool SampleDirection(const Surface& surface, const CompiledMaterial& material, const Bsdf& bsdf,
                          int depth, const Randoms& randoms, std::size_t row, Path* path) const;
     void Connect(Path* path) const;
