@@ -59,6 +59,7 @@ std::uint64_t PathTracer::Trace(std::span<const SampleRequest> requests, std::sp
                                 std::span<PixelSample> samples) const {
     std::uint64_t rays = 0;
     Randoms randoms;
+    Places places;
     std::array<std::uint32_t, kWave> alive;
     std::size_t count = requests.size();
     for (std::size_t i = 0; i < count; ++i) {
@@ -77,15 +78,29 @@ std::uint64_t PathTracer::Trace(std::span<const SampleRequest> requests, std::sp
     };
     for (int depth = 1; depth <= max_depth_ && count > 0; ++depth) {
         rays += count;
-        keep([&](Path* path) { return Extend(path, depth); });
+        std::array<std::uint32_t, kWave> left;
+        std::size_t left_count = 0;
+        keep([&](Path* path) {
+            const Way way = Extend(path, depth);
+            if (way == Way::kOut) {
+                left[left_count++] = static_cast<std::uint32_t>(path - paths.data());
+            }
+            return way == Way::kOn;
+        });
+        LeaveAll({left.data(), left_count}, paths, &places);
         for (std::size_t i = 0; i < count; ++i) {
             PrefetchTextures(&paths[alive[i]]);
         }
         DrawRandoms({alive.data(), count}, paths, depth, &randoms);
+        for (std::size_t i = 0; lights_.has_environment() && i < count; ++i) {
+            if (lights_.ChoosesEnvironment(LightChoice(randoms, i))) {
+                places[i] = lights_.DrawEnvironment({randoms.light_x[i], randoms.light_y[i]});
+            }
+        }
         std::array<std::uint32_t, kWave> shaded = alive;
         const std::size_t shaded_count = count;
         std::size_t row = 0;
-        keep([&](Path* path) { return Shade(path, depth, randoms, row++); });
+        keep([&](Path* path) { return Shade(path, depth, randoms, places, row++); });
         for (std::size_t i = 0; i < shaded_count; ++i) {
             Path* path = &paths[shaded[i]];
             if (path->has_shadow_ray) {
@@ -123,7 +138,7 @@ void PathTracer::Start(const SampleRequest& request, Path* path) const {
     }
 }
 
-bool PathTracer::Extend(Path* path, int depth) const {
+PathTracer::Way PathTracer::Extend(Path* path, int depth) const {
     Ray ray;
     ray.origin = path->origin;
     ray.direction = path->direction;
@@ -132,16 +147,9 @@ bool PathTracer::Extend(Path* path, int depth) const {
         ray.seed = path->sampler.Bits(VertexBase(depth) + kRayDimension);
     }
     if (depth == max_depth_ && last_is_any_hit_ && !path->features_open) {
-        if (!accel_.Occluded(ray)) {
-            Leave(path);
-        }
-        return false;
+        return accel_.Occluded(ray) ? Way::kEnd : Way::kOut;
     }
-    if (!accel_.Intersect(ray, &path->hit)) {
-        Leave(path);
-        return false;
-    }
-    return true;
+    return accel_.Intersect(ray, &path->hit) ? Way::kOn : Way::kOut;
 }
 
 void PathTracer::PrefetchTextures(Path* path) const {
@@ -183,11 +191,23 @@ void PathTracer::DrawRandoms(std::span<const std::uint32_t> alive, std::span<con
     }
 }
 
-void PathTracer::Leave(Path* path) const {
+void PathTracer::LeaveAll(std::span<const std::uint32_t> left, std::span<Path> paths,
+                          Places* places) const {
+    if (lights_.has_environment()) {
+        for (std::size_t i = 0; i < left.size(); ++i) {
+            (*places)[i] = lights_.FindEnvironment(paths[left[i]].direction);
+        }
+    }
+    for (std::size_t i = 0; i < left.size(); ++i) {
+        Leave((*places)[i], &paths[left[i]]);
+    }
+}
+
+void PathTracer::Leave(const EnvironmentLight::Place& place, Path* path) const {
     Rgb radiance;
     if (lights_.has_environment()) {
         float pdf = 0;
-        radiance = lights_.Environment(path->direction, path->pdf > 0 ? &pdf : nullptr);
+        radiance = lights_.Environment(place, path->pdf > 0 ? &pdf : nullptr);
         const float weight = path->pdf > 0 ? PowerHeuristic(path->pdf, pdf) : 1;
         (path->specular_only ? path->direct : path->indirect) +=
             path->throughput * radiance * weight;
@@ -199,7 +219,12 @@ void PathTracer::Leave(Path* path) const {
     }
 }
 
-bool PathTracer::Shade(Path* path, int depth, const Randoms& randoms, std::size_t row) const {
+std::uint32_t PathTracer::LightChoice(const Randoms& randoms, std::size_t row) const {
+    return lights_.single() ? 0 : randoms.light_choice[row];
+}
+
+bool PathTracer::Shade(Path* path, int depth, const Randoms& randoms, const Places& places,
+                       std::size_t row) const {
     path->has_shadow_ray = false;
     path->shadow_is_feature = false;
     const Object& object = accel_.objects()[path->hit.object];
@@ -233,7 +258,7 @@ bool PathTracer::Shade(Path* path, int depth, const Randoms& randoms, std::size_
     }
     path->from = {surface.point, bsdf.normal(), part.Transmits()};
     if (bsdf.HasSmoothLobe() && !lights_.none_to_sample()) {
-        SampleLight(surface, part, bsdf, depth, randoms, row, path);
+        SampleLight(surface, part, bsdf, depth, randoms, places[row], row, path);
     }
     if (depth + 1 == max_depth_ && last_finds_nothing_ && !path->features_open) {
         return false;
@@ -267,11 +292,11 @@ void PathTracer::WriteFeatures(const Surface& surface, const Bsdf& bsdf, Path* p
 }
 
 void PathTracer::SampleLight(const Surface& surface, const CompiledMaterial& material,
-                             const Bsdf& bsdf, int depth, const Randoms& randoms, std::size_t row,
+                             const Bsdf& bsdf, int depth, const Randoms& randoms,
+                             const EnvironmentLight::Place& drawn, std::size_t row,
                              Path* path) const {
-    const std::uint32_t choice = lights_.single() ? 0 : randoms.light_choice[row];
-    const auto light =
-        lights_.Sample(path->from, choice, {randoms.light_x[row], randoms.light_y[row]});
+    const auto light = lights_.Sample(path->from, LightChoice(randoms, row),
+                                      {randoms.light_x[row], randoms.light_y[row]}, &drawn);
     if (!light) {
         return;
     }

@@ -37,22 +37,29 @@ class PathTracer {
 
   private:
     using Randoms = VertexRandoms<kWave>;
+    using Places = std::array<EnvironmentLight::Place, kWave>;  // in the environment
 
     void Start(const SampleRequest& request, Path* path) const;
-    // Finds the next vertex. False if the ray left the scene: the path has ended.
-    bool Extend(Path* path, int depth) const;
+    // Finds the next vertex, or that the path ends, in the environment or at nothing that matters.
+    enum class Way { kOn, kOut, kEnd };
+    Way Extend(Path* path, int depth) const;
     // Finds the texture coordinates of the hit and asks the memory for the texels.
     void PrefetchTextures(Path* path) const;
     // What Shade will need.
     void DrawRandoms(std::span<const std::uint32_t> alive, std::span<const Path> paths, int depth,
                      Randoms* randoms) const;
-    void Leave(Path* path) const;
+    // For the paths that left the scene: their directions' places in the map first, then its light.
+    void LeaveAll(std::span<const std::uint32_t> left, std::span<Path> paths, Places* places) const;
+    void Leave(const EnvironmentLight::Place& place, Path* path) const;
+    std::uint32_t LightChoice(const Randoms& randoms, std::size_t row) const;
     // Emission, features, light, and the next direction. False if the path has ended.
-    bool Shade(Path* path, int depth, const Randoms& randoms, std::size_t row) const;
+    bool Shade(Path* path, int depth, const Randoms& randoms, const Places& places,
+               std::size_t row) const;
     void AddEmission(const Surface& surface, const CompiledMaterial& material, Path* path) const;
     void WriteFeatures(const Surface& surface, const Bsdf& bsdf, Path* path) const;
     void SampleLight(const Surface& surface, const CompiledMaterial& material, const Bsdf& bsdf,
-                     int depth, const Randoms& randoms, std::size_t row, Path* path) const;
+                     int depth, const Randoms& randoms, const EnvironmentLight::Place& drawn,
+                     std::size_t row, Path* path) const;
     bool SampleDirection(const Surface& surface, const CompiledMaterial& material, const Bsdf& bsdf,
                          int depth, const Randoms& randoms, std::size_t row, Path* path) const;
     void Connect(Path* path) const;

@@ -23,30 +23,18 @@ EnvironmentLight::EnvironmentLight(const Scene& scene, const Environment& enviro
     }
 }
 
-Rgb EnvironmentLight::Radiance(Vec3f direction, float* pdf) const {
-    if (map_.empty()) {
-        if (pdf != nullptr) {
-            *pdf = 1 / (4 * kPi);
-        }
-        return color_;
+EnvironmentLight::Place EnvironmentLight::Find(Vec3f direction) const {
+    Place place{direction, {}};
+    if (!map_.empty()) {
+        place.in_map = map_.Find(turned_ ? Normalize(from_world_.Vector(direction)) : direction);
+        map_.Prefetch(place.in_map.x, place.in_map.y);
     }
-    const Vec3f d = turned_ ? Normalize(from_world_.Vector(direction)) : direction;
-    const SphereMap::Place at = map_.Find(d);
-    const Rgba c = map_.Interpolate(at.x, at.y);
-    if (pdf != nullptr) {
-        *pdf = at.sine > 0 ? c.a * pdf_scale_ / at.sine : 0;
-    }
-    return {c.r, c.g, c.b};
+    return place;
 }
 
-bool EnvironmentLight::Sample(Vec2f u, LightSample* sample) const {
-    sample->delta = false;
-    sample->distance = std::numeric_limits<float>::infinity();
+EnvironmentLight::Place EnvironmentLight::Draw(Vec2f u) const {
     if (map_.empty()) {
-        sample->wi = SampleSphere(u);
-        sample->radiance = color_;
-        sample->pdf = 1 / (4 * kPi);
-        return true;
+        return {SampleSphere(u), {}};
     }
     // A texel, then a place under its tent; the map is periodic in x and mirrored at the poles.
     const TexelTable::Texel texel = table_.Sample(&u);
@@ -55,13 +43,32 @@ bool EnvironmentLight::Sample(Vec2f u, LightSample* sample) const {
     float y = static_cast<float>(texel.y) + 0.5f + SampleTent(u.y);
     x = x < 0 ? x + w : x >= w ? x - w : x;
     y = y < 0 ? -y : y > h ? 2 * h - y : y;
+    map_.Prefetch(x, y);
     const SinCos theta = SinCosTurn(0.5f * y / h), phi = SinCosTurn(x / w);
     // u = x / w is half a turn ahead of the azimuth.
     const Vec3f local{-theta.sin * phi.sin, theta.cos, theta.sin * phi.cos};
-    sample->wi = turned_ ? Normalize(to_world_.Vector(local)) : local;
-    const Rgba c = map_.Interpolate(x, y);
-    sample->radiance = {c.r, c.g, c.b};
-    sample->pdf = theta.sin > 0 ? c.a * pdf_scale_ / theta.sin : 0;
+    return {turned_ ? Normalize(to_world_.Vector(local)) : local, {x, y, theta.sin}};
+}
+
+Rgb EnvironmentLight::RadianceAt(const Place& place, float* pdf) const {
+    if (map_.empty()) {
+        if (pdf != nullptr) {
+            *pdf = 1 / (4 * kPi);
+        }
+        return color_;
+    }
+    const Rgba c = map_.Interpolate(place.in_map.x, place.in_map.y);
+    if (pdf != nullptr) {
+        *pdf = place.in_map.sine > 0 ? c.a * pdf_scale_ / place.in_map.sine : 0;
+    }
+    return {c.r, c.g, c.b};
+}
+
+bool EnvironmentLight::SampleAt(const Place& drawn, LightSample* sample) const {
+    sample->delta = false;
+    sample->distance = std::numeric_limits<float>::infinity();
+    sample->wi = drawn.direction;
+    sample->radiance = RadianceAt(drawn, &sample->pdf);
     return sample->pdf > 0;
 }
 

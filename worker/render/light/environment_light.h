@@ -23,11 +23,22 @@ class EnvironmentLight {
     // NaN, infinite or negative values of the map, replaced by 0 or 65504.
     std::size_t repaired() const { return map_.repaired(); }
 
-    // Towards `direction` (world, unit length). `pdf`, if not null: density per solid angle of
-    // Sample.
-    Rgb Radiance(Vec3f direction, float* pdf) const;
+    // A direction and its place in the map, whose texels the memory has been asked for: the longer
+    // the time to RadianceAt, the better.
+    struct Place {
+        Vec3f direction;  // world, unit length
+        SphereMap::Place in_map{};
+    };
+    // Of a direction drawn by Sample's density.
+    Place Draw(Vec2f u) const;
+    Place Find(Vec3f direction) const;
+    // `pdf`, if not null: density per solid angle of Draw.
+    Rgb RadianceAt(const Place& place, float* pdf) const;
+
+    Rgb Radiance(Vec3f direction, float* pdf) const { return RadianceAt(Find(direction), pdf); }
     // Direction, radiance and pdf; false where there is no light.
-    bool Sample(Vec2f u, LightSample* sample) const;
+    bool SampleAt(const Place& drawn, LightSample* sample) const;
+    bool Sample(Vec2f u, LightSample* sample) const { return SampleAt(Draw(u), sample); }
 
   private:
     Rgb color_;

@@ -84,32 +84,33 @@ void LightSet::ShareOut(const Powers& powers, float radius) {
     }
 }
 
-std::optional<LightSample> LightSet::Sample(const LightReceiver& at, std::uint32_t choice,
-                                            Vec2f u) const {
+std::optional<LightSample> LightSet::Sample(const LightReceiver& at, std::uint32_t choice, Vec2f u,
+                                            const EnvironmentLight::Place* drawn) const {
+    LightSample sample;
+    if (ChoosesEnvironment(choice)) {
+        if (!environment_.SampleAt(drawn != nullptr ? *drawn : environment_.Draw(u), &sample)) {
+            return std::nullopt;
+        }
+        sample.pdf *= environment_probability_;
+        return sample;
+    }
     double left = choice * 0x1p-32;
     if (placed_probability_ > 0) {
-        const bool last = directional_.empty() && !has_environment();
-        if (last || left < placed_probability_) {
-            return SamplePlaced(at, last ? left : left / placed_probability_, u);
+        if (directional_.empty() || left < placed_probability_) {
+            return SamplePlaced(at, std::min(left / placed_probability_, 0x1.fffffffffffffp-1), u);
         }
         left -= placed_probability_;
     }
-    LightSample sample;
     for (std::size_t i = 0; i < directional_.size(); ++i) {
         const Directional& directional = directional_[i];
-        if (left < directional.probability ||
-            (i + 1 == directional_.size() && !has_environment())) {
+        if (left < directional.probability || i + 1 == directional_.size()) {
             sample.pdf = directional.probability;
             directional.light.Illuminate(at.point, &sample);
             return sample;
         }
         left -= directional.probability;
     }
-    if (!has_environment() || !environment_.Sample(u, &sample)) {
-        return std::nullopt;
-    }
-    sample.pdf *= environment_probability_;
-    return sample;
+    return std::nullopt;
 }
 
 std::optional<LightSample> LightSet::SamplePlaced(const LightReceiver& at, double u,
@@ -149,14 +150,14 @@ float LightSet::AreaPdf(const LightReceiver& from, const Object& object, std::ui
     return cosine > 0 ? probability * areas_[i].inverse_area * distance * distance / cosine : 0;
 }
 
-Rgb LightSet::Environment(Vec3f direction, float* pdf) const {
+Rgb LightSet::Environment(const EnvironmentLight::Place& place, float* pdf) const {
     if (environment_probability_ == 0) {
         if (pdf != nullptr) {
             *pdf = 0;
         }
         return {};
     }
-    const Rgb radiance = environment_.Radiance(direction, pdf);
+    const Rgb radiance = environment_.RadianceAt(place, pdf);
     if (pdf != nullptr) {
         *pdf *= environment_probability_;
     }

@@ -37,9 +37,17 @@ class LightSet {
         return tree_.size() + directional_.size() + (has_environment() ? 1 : 0);
     }
 
+    // True if Sample will choose the environment: DrawEnvironment can be done ahead then, while the
+    // memory is busy with other things.
+    bool ChoosesEnvironment(std::uint32_t choice) const {
+        return has_environment() && choice * 0x1p-32 >= 1 - environment_probability_;
+    }
+    EnvironmentLight::Place DrawEnvironment(Vec2f u) const { return environment_.Draw(u); }
+
     // Light from one light towards the receiver; empty if none goes there.
-    // `choice`: 32 uniform bits.
-    std::optional<LightSample> Sample(const LightReceiver& at, std::uint32_t choice, Vec2f u) const;
+    // `choice`: 32 uniform bits. `drawn`: DrawEnvironment(u), if it has been done.
+    std::optional<LightSample> Sample(const LightReceiver& at, std::uint32_t choice, Vec2f u,
+                                      const EnvironmentLight::Place* drawn = nullptr) const;
 
     // Density with which Sample, called with the receiver at a ray's origin, would have chosen the
     // point where that ray hit an object that is a light. `direction` and `normal` have unit
@@ -48,7 +56,13 @@ class LightSet {
                   float distance, Vec3f direction, Vec3f normal) const;
     // The same for a ray that left the scene, with the radiance there. Black without an
     // environment.
-    Rgb Environment(Vec3f direction, float* pdf) const;
+    Rgb Environment(const EnvironmentLight::Place& place, float* pdf) const;
+    Rgb Environment(Vec3f direction, float* pdf) const {
+        return Environment(FindEnvironment(direction), pdf);
+    }
+    EnvironmentLight::Place FindEnvironment(Vec3f direction) const {
+        return environment_.Find(direction);
+    }
 
     std::size_t repaired_environment_values() const { return environment_.repaired(); }
 

@@ -59,23 +59,42 @@ double SphereMap::solid_angle_scale() const {
     return 2 * kPi * static_cast<double>(kPi) / static_cast<double>(texels_.size());
 }
 
-Rgba SphereMap::Interpolate(float x, float y) const {
+SphereMap::Footprint SphereMap::FootprintOf(float x, float y) const {
     x -= 0.5f;
     y -= 0.5f;
     const float fx = std::floor(x), fy = std::floor(y);
-    int x0 = static_cast<int>(fx), y0 = static_cast<int>(fy), x1 = x0 + 1, y1 = y0 + 1;
-    x0 = x0 < 0 ? width_ - 1 : std::min(x0, width_ - 1);
-    x1 = x1 >= width_ ? 0 : x1;
-    y0 = std::clamp(y0, 0, height_ - 1);
-    y1 = std::clamp(y1, 0, height_ - 1);
+    Footprint f;
+    f.x0 = static_cast<int>(fx);
+    f.y0 = static_cast<int>(fy);
+    f.x1 = f.x0 + 1;
+    f.y1 = f.y0 + 1;
+    f.x0 = f.x0 < 0 ? width_ - 1 : std::min(f.x0, width_ - 1);
+    f.x1 = f.x1 >= width_ ? 0 : f.x1;
+    f.y0 = std::clamp(f.y0, 0, height_ - 1);
+    f.y1 = std::clamp(f.y1, 0, height_ - 1);
+    f.tx = x - fx;
+    f.ty = y - fy;
+    return f;
+}
+
+Rgba SphereMap::Interpolate(float x, float y) const {
+    const Footprint f = FootprintOf(x, y);
     const auto at = [&](int column, int row) { return _mm_load_ps(&At(column, row).r); };
     const auto mix = [](__m128 a, __m128 b, float t) {
         return _mm_add_ps(a, _mm_mul_ps(_mm_sub_ps(b, a), _mm_set1_ps(t)));
     };
     Rgba out;
-    _mm_store_ps(&out.r, mix(mix(at(x0, y0), at(x1, y0), x - fx),
-                             mix(at(x0, y1), at(x1, y1), x - fx), y - fy));
+    _mm_store_ps(&out.r, mix(mix(at(f.x0, f.y0), at(f.x1, f.y0), f.tx),
+                             mix(at(f.x0, f.y1), at(f.x1, f.y1), f.tx), f.ty));
     return out;
+}
+
+void SphereMap::Prefetch(float x, float y) const {
+    const Footprint f = FootprintOf(x, y);
+    for (const int row : {f.y0, f.y1}) {
+        _mm_prefetch(reinterpret_cast<const char*>(&At(f.x0, row)), _MM_HINT_T0);
+        _mm_prefetch(reinterpret_cast<const char*>(&At(f.x1, row)), _MM_HINT_T0);
+    }
 }
 
 }  // namespace relume::render

@@ -44,8 +44,17 @@ class SphereMap {
         return {u * static_cast<float>(width_), v * static_cast<float>(height_), sine};
     }
     Rgba Interpolate(float x, float y) const;
+    // Asks the memory for what Interpolate will read.
+    void Prefetch(float x, float y) const;
 
   private:
+    // The four texels about a place, and the weights of the second ones.
+    struct Footprint {
+        int x0, x1, y0, y1;
+        float tx, ty;
+    };
+    Footprint FootprintOf(float x, float y) const;
+
     int width_ = 0, height_ = 0;
     std::vector<Rgba> texels_;
     double sum_ = 0, mean_ = 0;
