@@ -36,6 +36,10 @@ class PathTracer {
     static constexpr std::size_t kWave = 64;
 
   private:
+    // Russian roulette begins at this vertex. A path survives by the root of its throughput, so
+    // that none comes out of dark surfaces with many times its weight (docs/adr, roulette).
+    static constexpr int kFirstRoulette = 3;
+
     using Randoms = VertexRandoms<kWave>;
     using Places = std::array<EnvironmentLight::Place, kWave>;  // in the environment
 
