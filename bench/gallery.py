@@ -20,7 +20,7 @@ SCENES = {
     "veach-ajar": ("veach-ajar/scene.pbrt", "384x216", None, []),
     "veach-ajar-v4": ("veach-ajar/scene-v4.pbrt", "384x216", None, []),
     "sponza": ("sponza/Sponza.gltf", "384x216", SKY,
-               ["--look-from=-8.5,2.2,-0.4", "--look-at=4,3.4,0.4", "--fov", "60"]),
+               ["--look-from=-8.5,2.2,-0.4", "--look-at=4,3.4,0.4", "--fov", "60", "--environment-scale", "12"]),
     "chess": ("chess/ABeautifulGame.gltf", "384x216", STUDIO,
               ["--look-from=0.42,0.30,0.42", "--look-at=0,0.02,0", "--fov", "40"]),
     "toycar": ("toycar/ToyCar.gltf", "384x216", STUDIO, []),
