@@ -7,6 +7,7 @@
 namespace relume::jobs {
 
 std::unique_ptr<Planner> MakeUniform(const ParamSet& params);
+std::unique_ptr<Planner> MakeAdaptive(const ParamSet& params);
 std::unique_ptr<Planner> MakePaper(const ParamSet& params);
 
 namespace {
@@ -20,6 +21,11 @@ constexpr struct {
     {"uniform", MakeUniform,
      "the same number of samples everywhere\n"
      "    pilot=4          samples a pixel in the first pass; even, 2 to 4096\n"},
+    {"adaptive", MakeAdaptive,
+     "more samples where the image is noisier for its brightness, down to what a pixel's "
+     "surroundings "
+     "make likely\n"
+     "    pilot=8          samples a pixel in the first pass; even, 4 to 4096\n"},
     {"paper", MakePaper,
      "adaptive: pixels whose value still changes go on; Xing, Chen, Li 2020\n"
      "    mode=corrected   corrected: what we think was meant; printed: the paper's equations to "

@@ -148,7 +148,7 @@ TEST_F(JobServiceTest, SpecsThatMakeNoSenseAreAnsweredAndTheServerLives) {
     expect(bad, "less than one sample", [](auto* s) { s->set_spp(1e-9); });
     expect(bad, "tile size 65", [](auto* s) { s->set_tile_size(65); });
     expect(bad, "tile size -1", [](auto* s) { s->set_tile_size(-1); });
-    expect(bad, "known: uniform, paper", [](auto* s) { s->set_sampler("random"); });
+    expect(bad, "known: uniform, adaptive, paper", [](auto* s) { s->set_sampler("random"); });
     expect(bad, "unknown parameter 'mood'", [](auto* s) { s->set_sampler("paper:mood=bad"); });
     expect(bad, "known", [](auto* s) { s->set_filter("blur\nall"); });
     expect(bad, "must be relative",

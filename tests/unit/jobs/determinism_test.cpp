@@ -90,12 +90,13 @@ TEST_P(Farm, EverySampleIsCountedOnce) {
 }
 
 std::string SamplerName(const testing::TestParamInfo<const char*>& tested) {
-    const char* const names[] = {"Uniform", "PaperPrinted", "PaperCorrected"};
+    const char* const names[] = {"Uniform", "Adaptive", "PaperPrinted", "PaperCorrected"};
     return names[tested.index];
 }
 
 INSTANTIATE_TEST_SUITE_P(Samplers, Farm,
-                         testing::Values("uniform", "paper:mode=printed", "paper:mode=corrected"),
+                         testing::Values("uniform", "adaptive", "paper:mode=printed",
+                                         "paper:mode=corrected"),
                          SamplerName);
 
 TEST(FarmOfLayers, LeasesOfManySamplesMergeInOrder) {

@@ -60,11 +60,13 @@ PlannedJob RunPlanner(const std::string& text, Film* film, std::uint64_t budget)
 
 TEST(Planners, NamesAndParametersAreCheckedAndTheKnownOnesSaid) {
     for (const auto& [text, said] : std::vector<std::pair<std::string, std::string>>{
-             {"unifrom", "known: uniform, paper"},
-             {"", "known: uniform, paper"},
+             {"unifrom", "known: uniform, adaptive, paper"},
+             {"", "known: uniform, adaptive, paper"},
              {"uniform:pilott=4", "'pilott'; known: pilot"},
              {"uniform:pilot=3", "must be even"},
              {"uniform:pilot=many", "one number"},
+             {"adaptive:pilot=2", "4 to 4096"},
+             {"adaptive:mode=x", "'mode'; known: pilot"},
              {"paper:mode=robust", "printed, corrected"},
              {"paper:alpha=1-2-3-4", "1-4-16-32"},
              {"paper:pilot=2", "4 to 4096"},
@@ -81,8 +83,8 @@ TEST(Planners, NamesAndParametersAreCheckedAndTheKnownOnesSaid) {
 }
 
 TEST(Planners, DescribeThemselvesInAFormThatMakesThemAgain) {
-    for (const char* text :
-         {"uniform", "uniform:pilot=8", "paper", "paper:mode=printed,alpha=1-4-16-32"}) {
+    for (const char* text : {"uniform", "uniform:pilot=8", "adaptive", "adaptive:pilot=4", "paper",
+                             "paper:mode=printed,alpha=1-4-16-32"}) {
         const std::string described = MakePlanner(text)->Describe();
         EXPECT_EQ(MakePlanner(described)->Describe(), described);
     }

@@ -1,0 +1,65 @@
+// The robust adaptive sampler (methods 3.2), driven by noise: for images that are not filtered.
+//
+//   pilot   samples a pixel in the first pass; even (default 8)
+//
+// After the pilot each pass doubles what the image has, or spends what is left of the budget. Its
+// samples go where one sample's deviation, relative to the brightness, is large (noise_rule.h): in
+// the end a pixel's count is in proportion to it. No pixel is ever done: one that has seen nothing
+// stays in question as long as its neighbours' samples leave room for what it may have missed.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/base/error.h"
+#include "core/base/param_set.h"
+#include "server/jobs/noise_rule.h"
+#include "server/jobs/planner.h"
+#include "server/jobs/spread.h"
+
+namespace relume::jobs {
+namespace {
+
+class Adaptive final : public Planner {
+  public:
+    explicit Adaptive(const ParamSet& params) : pilot_(params.GetInt("pilot", 8)) {
+        if (pilot_ < 4 || pilot_ > 4096 || pilot_ % 2 != 0) {
+            ThrowInvalidArgument(
+                fmt::format("sampler 'adaptive': pilot={} must be even and 4 to 4096", pilot_));
+        }
+    }
+
+    std::string Describe() const override { return fmt::format("adaptive:pilot={}", pilot_); }
+
+    Plan NextPass(const Film& film, std::uint64_t budget) override {
+        if (budget < 2 && pass_ > 0) {
+            return {{}, kBudgetSpent};
+        }
+        const std::size_t pixels = film.pixel_count();
+        Plan plan;
+        if (pass_++ == 0) {
+            plan.counts = SpreadPilot(pixels, static_cast<std::uint32_t>(pilot_), budget);
+        } else {
+            // A rest of less than half a pass is not worth one of its own.
+            const std::uint64_t has = static_cast<std::uint64_t>(film.TotalSamples());
+            const std::uint64_t pass = budget < has + has / 2 ? budget : has;
+            plan.counts = ShareByDeviation(film, RelativeDeviation(film), pass, pass_);
+        }
+        if (std::all_of(plan.counts.begin(), plan.counts.end(),
+                        [](std::uint32_t c) { return c == 0; })) {
+            return {{}, budget < 2 ? kBudgetSpent : "no pixel has any noise"};
+        }
+        return plan;
+    }
+
+  private:
+    int pilot_;
+    std::uint32_t pass_ = 0;  // passes planned so far
+};
+
+}  // namespace
+
+std::unique_ptr<Planner> MakeAdaptive(const ParamSet& params) {
+    return std::make_unique<Adaptive>(params);
+}
+
+}  // namespace relume::jobs
