@@ -159,13 +159,12 @@ void Run(const Options& options) {
     const SceneAndEnvironment files(options);
     LoadOptions load;
     load.environment = files.environment_name();
-    auto scene = std::make_shared<const Scene>(
-        LoadScene(files, std::filesystem::path(options.scene).filename().string(), load));
+    Scene scene = LoadScene(files, std::filesystem::path(options.scene).filename().string(), load);
     const double load_seconds = Seconds(start);
-    const SceneBytes bytes = Measure(*scene);
-    const std::uint64_t triangles = scene->TriangleCount();
+    const SceneBytes bytes = Measure(scene);
+    const std::uint64_t triangles = scene.TriangleCount();
     start = std::chrono::steady_clock::now();
-    const render::Renderer renderer(std::make_shared<render::BuiltScene>(std::move(*scene)),
+    const render::Renderer renderer(std::make_shared<render::BuiltScene>(std::move(scene)),
                                     settings);
     const double build_seconds = Seconds(start);
 
