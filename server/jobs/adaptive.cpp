@@ -21,12 +21,7 @@ namespace {
 
 class Adaptive final : public Planner {
   public:
-    explicit Adaptive(const ParamSet& params) : pilot_(params.GetInt("pilot", 8)) {
-        if (pilot_ < 4 || pilot_ > 4096 || pilot_ % 2 != 0) {
-            ThrowInvalidArgument(
-                fmt::format("sampler 'adaptive': pilot={} must be even and 4 to 4096", pilot_));
-        }
-    }
+    explicit Adaptive(const ParamSet& params) : pilot_(ReadPilot(params, "adaptive", 8, 4)) {}
 
     std::string Describe() const override { return fmt::format("adaptive:pilot={}", pilot_); }
 

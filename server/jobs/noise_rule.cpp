@@ -67,22 +67,32 @@ Neighbourhood Surroundings(const Film& film) {
     return all;
 }
 
-float Feature(const Film& film, int f, std::size_t i) {
-    return 0.5f * (film.Plane(kFeatureMeanA + f)[i] + film.Plane(kFeatureMeanB + f)[i]);
+// What a pixel looks at: its features' means.
+using Look = std::array<float, kFeatureCount>;
+
+std::vector<Look> Looks(const Film& film) {
+    std::vector<Look> looks(film.pixel_count());
+    for (std::size_t f = 0; f < kFeatureCount; ++f) {
+        const auto a = film.Plane(kFeatureMeanA + static_cast<int>(f));
+        const auto b = film.Plane(kFeatureMeanB + static_cast<int>(f));
+        for (std::size_t i = 0; i < looks.size(); ++i) {
+            looks[i][f] = 0.5f * (a[i] + b[i]);
+        }
+    }
+    return looks;
 }
 
-bool Alike(const Film& film, std::size_t i, std::size_t j) {
-    const auto apart = [&](int first, int count) {
+bool Alike(const Look& one, const Look& other) {
+    const auto apart = [&](std::size_t first, std::size_t count) {
         float sum = 0;
-        for (int f = first; f < first + count; ++f) {
-            const float d = Feature(film, f, i) - Feature(film, f, j);
+        for (std::size_t f = first; f < first + count; ++f) {
+            const float d = one[f] - other[f];
             sum += d * d;
         }
         return sum;
     };
-    const float depth = Feature(film, kDepth, i);
     return apart(kAlbedoR, 3) <= kAlbedoApart && apart(kNormalX, 3) <= kNormalApart &&
-           apart(kDepth, 1) <= kDepthApart * depth * depth;
+           apart(kDepth, 1) <= kDepthApart * one[kDepth] * one[kDepth];
 }
 
 }  // namespace
@@ -90,13 +100,14 @@ bool Alike(const Film& film, std::size_t i, std::size_t j) {
 std::vector<float> RelativeDeviation(const Film& film) {
     const auto level = VarianceLevel(film);
     const Neighbourhood around = Surroundings(film);
+    const std::vector<Look> looks = Looks(film);
     std::vector<float> deviation(film.pixel_count());
     ForPixels(film, [&](std::size_t i, int x, int y) {
         // Pooled: squared deviations over degrees of freedom, and sums over samples.
         std::array<double, 3> m2{}, sum{};
         double freedom = 0, samples = 0;
         ForWindow(film, x, y, kPoolRadius, kPoolRadius, [&](std::size_t j) {
-            if (!Alike(film, i, j)) {
+            if (!Alike(looks[i], looks[j])) {
                 return;
             }
             const float n = film.SampleCount(j);

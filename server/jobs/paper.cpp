@@ -47,12 +47,8 @@ class Paper final : public Planner {
     explicit Paper(const ParamSet& params)
         : mode_(params.GetChoice("mode", "corrected", {"printed", "corrected"})),
           alpha_name_(params.GetChoice("alpha", "1-2-4-8", {"1-2-4-8", "1-4-16-32"})),
-          pilot_(params.GetInt("pilot", 4)),
+          pilot_(ReadPilot(params, "paper", 4, 4)),
           passes_(params.GetInt("passes", 256)) {
-        if (pilot_ < 4 || pilot_ > 4096 || pilot_ % 2 != 0) {
-            ThrowInvalidArgument(
-                fmt::format("sampler 'paper': pilot={} must be even and 4 to 4096", pilot_));
-        }
         if (passes_ < 1 || passes_ > 10'000) {
             ThrowInvalidArgument(
                 fmt::format("sampler 'paper': passes={} must be 1 to 10000", passes_));

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/param_set.h"
 #include "core/film/film.h"
 
 namespace relume::jobs {
@@ -32,6 +33,10 @@ class Planner {
 // "uniform", "paper:mode=printed"; an unknown name or parameter throws kInvalidArgument with the
 // known ones.
 std::unique_ptr<Planner> MakePlanner(const std::string& text);
+
+// The parameter `pilot` of a planner, samples a pixel in the first pass: even and `least` to 4096.
+// Throws kInvalidArgument naming `sampler`.
+int ReadPilot(const ParamSet& params, const char* sampler, int otherwise, int least);
 
 // Text for people: every planner, and its parameters with defaults.
 std::string DescribePlanners();

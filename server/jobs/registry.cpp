@@ -53,6 +53,15 @@ std::unique_ptr<Planner> MakePlanner(const std::string& text) {
     ThrowInvalidArgument(fmt::format("unknown sampler '{}'; known: {}", named.name, known));
 }
 
+int ReadPilot(const ParamSet& params, const char* sampler, int otherwise, int least) {
+    const int pilot = params.GetInt("pilot", otherwise);
+    if (pilot < least || pilot > 4096 || pilot % 2 != 0) {
+        ThrowInvalidArgument(fmt::format("sampler '{}': pilot={} must be even and {} to 4096",
+                                         sampler, pilot, least));
+    }
+    return pilot;
+}
+
 std::string DescribePlanners() {
     std::string text;
     for (const auto& entry : kPlanners) {

@@ -20,12 +20,7 @@ namespace {
 
 class Uniform final : public Planner {
   public:
-    explicit Uniform(const ParamSet& params) : pilot_(params.GetInt("pilot", 4)) {
-        if (pilot_ < 2 || pilot_ > 4096 || pilot_ % 2 != 0) {
-            ThrowInvalidArgument(
-                fmt::format("sampler 'uniform': pilot={} must be even and 2 to 4096", pilot_));
-        }
-    }
+    explicit Uniform(const ParamSet& params) : pilot_(ReadPilot(params, "uniform", 4, 2)) {}
 
     std::string Describe() const override { return fmt::format("uniform:pilot={}", pilot_); }
 

@@ -28,41 +28,37 @@ double ThreadSeconds() {
     return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-// Materials of meshes that are there.
-std::vector<bool> UsedMaterials(const Scene& scene) {
-    std::vector<bool> used(scene.materials.size(), false);
-    for (const Instance& instance : scene.instances) {
-        const Mesh& mesh = scene.meshes[static_cast<std::size_t>(instance.mesh)];
-        used[static_cast<std::size_t>(mesh.material)] = true;
-    }
-    return used;
-}
-
-// Textures of those materials.
-std::vector<bool> UsedTextures(const Scene& scene, const std::vector<CompiledMaterial>& materials) {
-    std::vector<bool> used(scene.textures.size(), false);
-    const auto mark = [&](const CompiledMaterial& material, const auto& again) -> void {
-        for (const TextureId id : material.Textures()) {
-            if (id >= 0) {
-                used[static_cast<std::size_t>(id)] = true;
+// Materials of meshes that are there, and the parts of those that are mixes.
+std::vector<bool> UsedMaterials(const Scene& scene,
+                                const std::vector<CompiledMaterial>& materials) {
+    std::vector<bool> used(materials.size(), false);
+    const auto mark = [&](int material, const auto& again) -> void {
+        const auto i = static_cast<std::size_t>(material);
+        if (!used[i]) {
+            used[i] = true;
+            if (materials[i].model == Model::kMix) {
+                again(materials[i].mix_a, again);
+                again(materials[i].mix_b, again);
             }
-        }
-        if (material.model == Model::kMix) {
-            again(materials[static_cast<std::size_t>(material.mix_a)], again);
-            again(materials[static_cast<std::size_t>(material.mix_b)], again);
         }
     };
     for (const Instance& instance : scene.instances) {
-        const Mesh& mesh = scene.meshes[static_cast<std::size_t>(instance.mesh)];
-        mark(materials[static_cast<std::size_t>(mesh.material)], mark);
+        mark(scene.meshes[static_cast<std::size_t>(instance.mesh)].material, mark);
     }
     return used;
 }
 
 TextureSet MakeTextures(Scene* scene, std::vector<CompiledMaterial>* materials) {
-    const std::vector<TexturePack> packs =
-        PlanTexturePacks(*scene, UsedMaterials(*scene), materials);
-    return TextureSet(scene, UsedTextures(*scene, *materials), packs);
+    const std::vector<bool> used = UsedMaterials(*scene, *materials);
+    std::vector<bool> read(scene->textures.size(), false);
+    for (std::size_t i = 0; i < used.size(); ++i) {
+        for (const TextureId id : (*materials)[i].Textures()) {
+            if (used[i] && id >= 0) {
+                read[static_cast<std::size_t>(id)] = true;
+            }
+        }
+    }
+    return TextureSet(scene, read, PlanTexturePacks(*scene, used, materials));
 }
 
 }  // namespace
@@ -92,8 +88,7 @@ struct BuiltScene::Impl {
         if (lights.has_moving_emitters()) {
             notes.push_back(
                 "surfaces that shine and move are found by chance alone: they bring more noise "
-                "than "
-                "those that stand still");
+                "than those that stand still");
         }
         notes.push_back(fmt::format("{}; {:.1f} MiB of textures; {} lights", accel.Describe(),
                                     static_cast<double>(textures.bytes()) / (1 << 20),

@@ -209,7 +209,7 @@ TEST(ObjMaterials, WhatIsWrongOrUnknownNamesItsLine) {
     EXPECT_THAT(problem("Kd 1 -1 1\n"), HasSubstr("a.mtl:2:4: 'Kd' can't be negative"));
     EXPECT_THAT(problem("Kd 1 1\n"), HasSubstr("'Kd' needs 3 numbers"));
     EXPECT_THAT(problem("Ns\n"), HasSubstr("'Ns' needs"));
-    EXPECT_THAT(problem("map_Kd /tmp/a.png\n"), HasSubstr("a.mtl:2:1: the path"));
+    EXPECT_THAT(problem("map_Kd /elsewhere/a.png\n"), HasSubstr("a.mtl:2:1: the path"));
     MapSource files = Files("");
     files.files["a.mtl"] = "Kd 1 1 1\nnewmtl m\n";
     EXPECT_THAT(MessageOf([&] { LoadScene(files, "a.obj", {}); }),

@@ -145,11 +145,13 @@ float LayeredModel::SheenAlbedo(float cos_theta) const {
     return SheenDirectionalAlbedo(cos_theta, sheen_row_);
 }
 
+float LayeredModel::CoatLeft(float cos_coat) const {
+    return coat_ > 0 ? coat_left_o_ * (1 - coat_ * coat_row_.At(std::abs(cos_coat))(kCoatF0, 1))
+                     : coat_left_o_;
+}
+
 float LayeredModel::Left(Vec3f wi, float cos_coat) const {
-    float left = coat_left_o_;
-    if (coat_ > 0) {
-        left *= 1 - coat_ * coat_row_.At(std::abs(cos_coat))(kCoatF0, 1);
-    }
+    float left = CoatLeft(cos_coat);
     if (sheen_most_ > 0) {
         left *= std::min(sheen_left_o_, 1 - sheen_most_ * SheenAlbedo(std::abs(wi.z)));
     }
@@ -166,11 +168,8 @@ BsdfValue LayeredModel::Evaluate(Vec3f wi) const {
     }
     if (sheen_most_ > 0) {
         const Vec3f h = Normalize(wo_ + wi);
-        float f = SheenDistribution(h.z, sheen_alpha_) * SheenVisibility(wo_.z, wi.z);
-        if (coat_ > 0) {
-            f *= coat_left_o_ * (1 - coat_ * coat_row_.At(std::abs(cos_coat))(kCoatF0, 1));
-        }
-        value.f += sheen_ * f;
+        value.f += sheen_ * (SheenDistribution(h.z, sheen_alpha_) * SheenVisibility(wo_.z, wi.z) *
+                             CoatLeft(cos_coat));
         value.pdf += sheen_probability_ * wi.z * kInvPi;
     }
     if (coat_ > 0 && !coat_delta_ && cos_coat > 0) {

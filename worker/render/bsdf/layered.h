@@ -14,6 +14,8 @@ struct LayeredModel {
 
   private:
     float SheenAlbedo(float cos_theta) const;
+    // What the coat leaves to all below it, on both ways; `cos_coat`: of wi over its normal.
+    float CoatLeft(float cos_coat) const;
     // What coat and sheen leave to the base at wi; `cos_coat`: over the coat's normal.
     float Left(Vec3f wi, float cos_coat) const;
 

@@ -65,7 +65,7 @@ std::vector<TexturePack> PlanTexturePacks(const Scene& scene, const std::vector<
     }
     for (std::size_t i = 0; i < materials->size(); ++i) {
         const CompiledMaterial& m = (*materials)[i];
-        if (!used[i] && !in_mix[i]) {
+        if (!used[i]) {
             continue;
         }
         const auto pack = in_mix[i] ? std::nullopt : Candidate(scene, m);

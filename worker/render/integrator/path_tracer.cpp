@@ -6,6 +6,7 @@
 #include "worker/render/sampler/batch.h"
 
 namespace relume::render {
+
 PathTracer::PathTracer(const Accel& accel, const std::vector<CompiledMaterial>& materials,
                        const TextureSet& textures, const LightSet& lights, const RayCamera& camera,
                        const RenderSettings& settings, const Box3f& bounds)

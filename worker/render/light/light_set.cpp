@@ -8,6 +8,7 @@ namespace relume::render {
 namespace {
 
 constexpr double kLeastEnvironment = 0.25, kMostEnvironment = 0.5;
+
 }  // namespace
 
 LightSet::LightSet(const Scene& scene, const std::vector<CompiledMaterial>& materials,

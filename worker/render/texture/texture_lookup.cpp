@@ -96,28 +96,6 @@ __m128 Decode(const TextureView& t, int x, int y) {
     return _mm_mul_ps(_mm_cvtepi32_ps(codes), _mm_set1_ps(1.0f / 255));
 }
 
-__m128 Mix(__m128 a, __m128 b, float t) {
-    return _mm_add_ps(a, _mm_mul_ps(_mm_sub_ps(b, a), _mm_set1_ps(t)));
-}
-
-}  // namespace
-
-Rgba TextureSet::Lookup(TextureId id, Vec2f uv) const {
-    const TextureView& t = views_[static_cast<std::size_t>(id)];
-    const Footprint f = Locate(t, uv);
-    Rgba out;
-    if (t.nearest) {
-        _mm_store_ps(&out.r, Decode(t, f.u.i0, f.v.i0));
-        return out;
-    }
-    const __m128 upper = Mix(Decode(t, f.u.i0, f.v.i0), Decode(t, f.u.i1, f.v.i0), f.u.weight);
-    const __m128 lower = Mix(Decode(t, f.u.i0, f.v.i1), Decode(t, f.u.i1, f.v.i1), f.u.weight);
-    _mm_store_ps(&out.r, Mix(upper, lower, f.v.weight));
-    return out;
-}
-
-namespace {
-
 const std::uint8_t* PackTexel(const TextureView& t, int x, int y) {
     const int block = (y >> 1) * t.blocks_per_row + (x >> 2);
     return t.bytes + 8 * (static_cast<std::size_t>(block) * 8 +
@@ -132,24 +110,37 @@ __m256 DecodePack(const TextureView& t, int x, int y) {
     return _mm256_blend_ps(linear, _mm256_castps128_ps256(base), 0b00000111);
 }
 
+__m128 Mix(__m128 a, __m128 b, float t) {
+    return _mm_add_ps(a, _mm_mul_ps(_mm_sub_ps(b, a), _mm_set1_ps(t)));
+}
 __m256 Mix(__m256 a, __m256 b, float t) {
     return _mm256_add_ps(a, _mm256_mul_ps(_mm256_sub_ps(b, a), _mm256_set1_ps(t)));
 }
 
+// The nearest texel, or four of them bilinearly. decode(t, x, y): all channels of one.
+template <class DecodeTexel>
+auto Interpolate(const TextureView& t, Vec2f uv, DecodeTexel decode) {
+    const Footprint f = Locate(t, uv);
+    const auto first = decode(t, f.u.i0, f.v.i0);
+    if (t.nearest) {
+        return first;
+    }
+    const auto upper = Mix(first, decode(t, f.u.i1, f.v.i0), f.u.weight);
+    const auto lower = Mix(decode(t, f.u.i0, f.v.i1), decode(t, f.u.i1, f.v.i1), f.u.weight);
+    return Mix(upper, lower, f.v.weight);
+}
+
 }  // namespace
 
+Rgba TextureSet::Lookup(TextureId id, Vec2f uv) const {
+    Rgba out;
+    _mm_store_ps(&out.r, Interpolate(views_[static_cast<std::size_t>(id)], uv, Decode));
+    return out;
+}
+
 SurfaceTexels TextureSet::LookupPack(int pack, Vec2f uv) const {
-    const TextureView& t = packs_[static_cast<std::size_t>(pack)];
-    const Footprint f = Locate(t, uv);
-    __m256 value = DecodePack(t, f.u.i0, f.v.i0);
-    if (!t.nearest) {
-        const __m256 upper = Mix(value, DecodePack(t, f.u.i1, f.v.i0), f.u.weight);
-        const __m256 lower =
-            Mix(DecodePack(t, f.u.i0, f.v.i1), DecodePack(t, f.u.i1, f.v.i1), f.u.weight);
-        value = Mix(upper, lower, f.v.weight);
-    }
     alignas(32) float v[8];
-    _mm256_store_ps(v, value);
+    _mm256_store_ps(v, Interpolate(packs_[static_cast<std::size_t>(pack)], uv, DecodePack));
     return {{v[0], v[1], v[2]}, {v[4], v[5], v[3]}, v[6], v[7]};
 }
 
