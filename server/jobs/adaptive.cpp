@@ -25,9 +25,11 @@ class Adaptive final : public Planner {
 
     std::string Describe() const override { return fmt::format("adaptive:pilot={}", pilot_); }
 
-    Plan NextPass(const Film& film, std::uint64_t budget) override {
+    Plan NextPass(const PlanInput& input) override {
+        const Film& film = input.film;
+        const std::uint64_t budget = input.budget;
         if (budget < 2 && pass_ > 0) {
-            return {{}, kBudgetSpent};
+            return {{}, kBudgetSpent, {}, {}};
         }
         const std::size_t pixels = film.pixel_count();
         Plan plan;
@@ -41,7 +43,7 @@ class Adaptive final : public Planner {
         }
         if (std::all_of(plan.counts.begin(), plan.counts.end(),
                         [](std::uint32_t c) { return c == 0; })) {
-            return {{}, budget < 2 ? kBudgetSpent : "no pixel has any noise"};
+            return {{}, budget < 2 ? kBudgetSpent : "no pixel has any noise", {}, {}};
         }
         return plan;
     }

@@ -117,7 +117,8 @@ void Job::EndPass(TimePoint now) {
 void Job::PlanPass(TimePoint now) {
     try {
         const std::uint64_t left = setup_.budget - std::min(setup_.budget, planned_samples_);
-        Plan plan = left > 0 ? setup_.planner->NextPass(*film_, left) : Plan{{}, kBudgetSpent};
+        Plan plan =
+            left > 0 ? setup_.planner->NextPass({*film_, left}) : Plan{{}, kBudgetSpent, {}, {}};
         if (plan.counts.empty()) {
             info_.state = JobState::kFiltering;
             info_.message = plan.reason;

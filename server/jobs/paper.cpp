@@ -63,15 +63,19 @@ class Paper final : public Planner {
                            passes_);
     }
 
-    Plan NextPass(const Film& film, std::uint64_t budget) override {
+    Plan NextPass(const PlanInput& input) override {
+        const Film& film = input.film;
+        const std::uint64_t budget = input.budget;
         if (budget == 0) {
-            return {{}, kBudgetSpent};
+            return {{}, kBudgetSpent, {}, {}};
         }
         if (pass_ == passes_) {
-            return {{}, fmt::format("pass limit of {} reached", passes_)};
+            return {{}, fmt::format("pass limit of {} reached", passes_), {}, {}};
         }
         if (pass_++ == 0) {
             return {SpreadPilot(film.pixel_count(), static_cast<std::uint32_t>(pilot_), budget),
+                    {},
+                    {},
                     {}};
         }
         UpdateGains(film);
@@ -84,7 +88,7 @@ class Paper final : public Planner {
             total += plan.counts[i];
         }
         if (total == 0) {
-            return {{}, "selector negative everywhere"};
+            return {{}, "selector negative everywhere", {}, {}};
         }
         ScaleDown(budget, &plan.counts);
         return plan;

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -10,10 +12,34 @@
 
 namespace relume::jobs {
 
-// One pass: how many more samples each pixel gets.
+// What became of a pixel.
+enum class Decision : std::uint8_t {
+    kConverged,  // gets no more samples: its error is small enough
+    kSampled,    // samples still pay
+    kCapped,     // they would, but it has as many as a pixel may have
+};
+
+// One pass: how many more samples each pixel gets. All row-major over the film's window.
 struct Plan {
-    std::vector<std::uint32_t> counts;  // row-major over the film's window; empty: no more passes
+    std::vector<std::uint32_t> counts;  // empty: no more passes
     std::string reason;                 // why there are no more, for people
+    std::vector<float> selector;        // the number that decided, a pixel; empty: there is none
+    std::vector<Decision> decisions;    // empty, or as selector
+};
+
+// Where samples change the filtered image most: an estimate of its variance relative to its
+// brightness, a pixel, row-major: (F_a - F_b)^2 / (F^2 + 1e-3), mean over RGB, of the two halves
+// filtered apart. A pure function of the film; thread-safe.
+using Guide = std::function<std::vector<float>(const Film&)>;
+
+// What a plan is made from.
+struct PlanInput {
+    const Film& film;      // the samples that may be looked at
+    std::uint64_t budget;  // the counts may sum to no more
+    // Samples of each pixel that are planned so far, in the film or still to come; empty: those in
+    // the film.
+    std::span<const std::uint32_t> planned = {};
+    const Guide* guide = nullptr;  // null: the image is not filtered
 };
 
 inline constexpr const char* kBudgetSpent = "sample budget spent";
@@ -25,9 +51,8 @@ class Planner {
     virtual ~Planner() = default;
     // Name with all parameters, "paper:mode=corrected,...".
     virtual std::string Describe() const = 0;
-    // The next pass, called once a pass when all samples of the earlier ones are merged. `budget`
-    // samples may still be spent; the counts never sum to more.
-    virtual Plan NextPass(const Film& film, std::uint64_t budget) = 0;
+    // The next pass, called once a pass.
+    virtual Plan NextPass(const PlanInput& input) = 0;
 };
 
 // "uniform", "paper:mode=printed"; an unknown name or parameter throws kInvalidArgument with the

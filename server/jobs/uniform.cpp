@@ -24,7 +24,9 @@ class Uniform final : public Planner {
 
     std::string Describe() const override { return fmt::format("uniform:pilot={}", pilot_); }
 
-    Plan NextPass(const Film& film, std::uint64_t budget) override {
+    Plan NextPass(const PlanInput& input) override {
+        const Film& film = input.film;
+        const std::uint64_t budget = input.budget;
         const std::size_t pixels = film.pixel_count();
         Plan plan;
         if (spp_ == 0) {
@@ -38,7 +40,7 @@ class Uniform final : public Planner {
         }
         if (std::all_of(plan.counts.begin(), plan.counts.end(),
                         [](std::uint32_t c) { return c == 0; })) {
-            return {{}, kBudgetSpent};
+            return {{}, kBudgetSpent, {}, {}};
         }
         return plan;
     }

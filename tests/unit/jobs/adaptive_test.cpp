@@ -55,7 +55,7 @@ Film RunAdaptive(std::uint64_t budget, Value value) {
     Film film({0, 0, kWidth, kHeight}, kWidth, kHeight);
     const auto planner = MakePlanner("adaptive");
     for (;;) {
-        const Plan plan = planner->NextPass(film, budget);
+        const Plan plan = planner->NextPass({film, budget});
         if (plan.counts.empty()) {
             return film;
         }

@@ -82,22 +82,22 @@ TEST(Paper, PrintedGivesEveryPixelTheMost) {
     // methods 3.1: both literal readings of (5) are trivial.
     Film film({0, 0, 3, 1}, 3, 1);
     const auto planner = MakePlanner("paper:mode=printed");
-    EXPECT_THAT(planner->NextPass(film, 1000).counts, Each(4u));
+    EXPECT_THAT(planner->NextPass({film, 1000}).counts, Each(4u));
     AddSamples({{1, 1, 1, 1}, {0, 0, 0, 0}, {0.1f, 0.5f, 0.3f, 0.4f}}, &film);
-    EXPECT_THAT(planner->NextPass(film, 1000).counts, Each(8u));
+    EXPECT_THAT(planner->NextPass({film, 1000}).counts, Each(8u));
 }
 
 TEST(Paper, PrintedStopsAPixelThatAFireflyHit) {
     Film film({0, 0, 2, 1}, 2, 1);
     const auto planner = MakePlanner("paper:mode=printed");
-    planner->NextPass(film, 1000);
+    planner->NextPass({film, 1000});
     AddSamples({{1, 1, 1, 1}, {1, 1, 1, 1}}, &film);
-    planner->NextPass(film, 1000);
+    planner->NextPass({film, 1000});
     AddSamples({{1, 1, 1, 1, 1, 1, 1, 1}, {1, 1, 1, 90, 1, 1, 1, 1}}, &film);
-    EXPECT_THAT(planner->NextPass(film, 1000).counts, ElementsAre(8, 0));
+    EXPECT_THAT(planner->NextPass({film, 1000}).counts, ElementsAre(8, 0));
     // It keeps its D: stopped for good.
     AddSamples({{1, 1, 1, 1, 1, 1, 1, 1}, {}}, &film);
-    EXPECT_THAT(planner->NextPass(film, 1000).counts, ElementsAre(8, 0));
+    EXPECT_THAT(planner->NextPass({film, 1000}).counts, ElementsAre(8, 0));
 }
 
 TEST(Paper, CorrectedFirstPassComparesTheEvenHalfWithAll) {
@@ -106,9 +106,9 @@ TEST(Paper, CorrectedFirstPassComparesTheEvenHalfWithAll) {
     const auto increment = [](float a, float b) {
         Film film({0, 0, 1, 1}, 1, 1);
         const auto planner = MakePlanner("paper:mode=corrected");
-        planner->NextPass(film, 1000);
+        planner->NextPass({film, 1000});
         AddSamples({{a, b, a, b}}, &film);
-        const Plan plan = planner->NextPass(film, 1000);
+        const Plan plan = planner->NextPass({film, 1000});
         return plan.counts.empty() ? 0u : plan.counts[0];
     };
     // f = 1: D = 5/3 e^2/1.001 for a = 1-e, b = 1+e.
@@ -123,15 +123,15 @@ TEST(Paper, CorrectedStopsWhereNothingWasSeenAndSaysWhenAllHave) {
     // The documented failure: a pixel whose samples all missed the light stops for ever.
     Film film({0, 0, 2, 1}, 2, 1);
     const auto planner = MakePlanner("paper");
-    planner->NextPass(film, 1000);
+    planner->NextPass({film, 1000});
     AddSamples({{0, 0, 0, 0}, {0.1f, 1, 0.2f, 2}}, &film);
-    EXPECT_THAT(planner->NextPass(film, 1000).counts, ElementsAre(0, 8));
+    EXPECT_THAT(planner->NextPass({film, 1000}).counts, ElementsAre(0, 8));
     AddSamples({{}, {0.8f, 0.9f, 0.7f, 0.8f, 0.85f, 0.84f, 0.83f, 0.86f}}, &film);
     // Var fell and the mean hardly moved from .825 to .822, but one difference of variances is
     // left: go on until that is small, too.
     std::string reason;
     for (int pass = 0; pass < 50 && reason.empty(); ++pass) {
-        const Plan plan = planner->NextPass(film, 100'000);
+        const Plan plan = planner->NextPass({film, 100'000});
         if (plan.counts.empty()) {
             reason = plan.reason;
             break;
@@ -145,14 +145,14 @@ TEST(Paper, CorrectedStopsWhereNothingWasSeenAndSaysWhenAllHave) {
 TEST(Paper, ScalesTheLastPassToTheBudget) {
     Film film({0, 0, 4, 1}, 4, 1);
     const auto planner = MakePlanner("paper");
-    planner->NextPass(film, 1000);
+    planner->NextPass({film, 1000});
     AddSamples({{0.8f, 1.2f, 0.8f, 1.2f},
                 {0.5f, 1.5f, 0.5f, 1.5f},
                 {0.8f, 1.2f, 0.8f, 1.2f},
                 {1, 1, 1, 1}},
                &film);
     // The first three want 8 each.
-    EXPECT_THAT(planner->NextPass(film, 11).counts, ElementsAre(4, 3, 4, 0));
+    EXPECT_THAT(planner->NextPass({film, 11}).counts, ElementsAre(4, 3, 4, 0));
 }
 
 TEST(Paper, PrintedTakesTheVarianceOverAllSamples) {
@@ -160,9 +160,9 @@ TEST(Paper, PrintedTakesTheVarianceOverAllSamples) {
     const auto d = [](float odd) {
         Film film({0, 0, 1, 1}, 1, 1);
         const auto planner = MakePlanner("paper:mode=printed");
-        planner->NextPass(film, 1000);
+        planner->NextPass({film, 1000});
         AddSamples({{1, odd, 3, odd}}, &film);
-        return planner->NextPass(film, 1000).counts;
+        return planner->NextPass({film, 1000}).counts;
     };
     EXPECT_THAT(d(4), ElementsAre(8));
     // Odd samples far away: within the halves s^2 is what it was, over all of them Var[f] - Var[c]
@@ -173,18 +173,18 @@ TEST(Paper, PrintedTakesTheVarianceOverAllSamples) {
 TEST(Paper, APixelWithoutAFiniteSampleStops) {
     Film film({0, 0, 2, 1}, 2, 1);
     const auto planner = MakePlanner("paper");
-    planner->NextPass(film, 1000);
+    planner->NextPass({film, 1000});
     const float nan = std::numeric_limits<float>::quiet_NaN();
     AddSamples({{nan, nan, nan, nan}, {0.5f, 1.5f, 0.5f, 1.5f}}, &film);
-    EXPECT_THAT(planner->NextPass(film, 1000).counts, ElementsAre(0, 8));
+    EXPECT_THAT(planner->NextPass({film, 1000}).counts, ElementsAre(0, 8));
 }
 
 TEST(Paper, SecondAlphaSetIsTaken) {
     Film film({0, 0, 1, 1}, 1, 1);
     const auto planner = MakePlanner("paper:alpha=1-4-16-32");
-    planner->NextPass(film, 1000);
+    planner->NextPass({film, 1000});
     AddSamples({{0.5f, 1.5f, 0.5f, 1.5f}}, &film);
-    EXPECT_THAT(planner->NextPass(film, 1000).counts, ElementsAre(32));
+    EXPECT_THAT(planner->NextPass({film, 1000}).counts, ElementsAre(32));
 }
 
 }  // namespace

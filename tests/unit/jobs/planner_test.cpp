@@ -42,7 +42,7 @@ PlannedJob RunPlanner(const std::string& text, Film* film, std::uint64_t budget)
     const auto planner = MakePlanner(text);
     PlannedJob run;
     for (;;) {
-        const Plan plan = planner->NextPass(*film, budget - run.total);
+        const Plan plan = planner->NextPass({*film, budget - run.total});
         if (plan.counts.empty()) {
             run.reason = plan.reason;
             return run;
