@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "bench/measure.h"
+#include "bench/scene_source.h"
 #include "core/base/error.h"
-#include "core/base/files.h"
 #include "core/base/parallel.h"
 #include "core/scene/formats.h"
 #include "worker/render/render.h"
@@ -34,29 +34,6 @@ struct Options {
     std::uint32_t spp = 32, recorded_spp = 2;
     int depth = 8, threads = 2, repeats = 3;
     bool json = false;
-};
-
-// The scene's folder, and an environment map from anywhere.
-class SceneAndEnvironment final : public FileSource {
-  public:
-    explicit SceneAndEnvironment(const Options& options)
-        : folder_(
-              MakeFolderSource(std::filesystem::absolute(options.scene).parent_path().string())),
-          environment_(options.environment) {}
-
-    std::string environment_name() const {
-        return environment_.empty()
-                   ? std::string()
-                   : "environment/" + std::filesystem::path(environment_).filename().string();
-    }
-    std::string Read(const std::string& name) const override {
-        return name == environment_name() && !name.empty() ? ReadFile(environment_)
-                                                           : folder_->Read(name);
-    }
-
-  private:
-    std::unique_ptr<FileSource> folder_;
-    std::string environment_;
 };
 
 double Seconds(std::chrono::steady_clock::time_point since) {
@@ -156,7 +133,7 @@ void Run(const Options& options) {
 
     // Load and build.
     auto start = std::chrono::steady_clock::now();
-    const SceneAndEnvironment files(options);
+    const SceneAndEnvironment files(options.scene, options.environment);
     LoadOptions load;
     load.environment = files.environment_name();
     Scene scene = LoadScene(files, std::filesystem::path(options.scene).filename().string(), load);

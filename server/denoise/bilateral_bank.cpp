@@ -50,6 +50,7 @@ void FinishTile(const Frame& frame, const TileArea& tile, const float* sums, Can
                     error += residual * residual + frame.variance[c][i] * (2 * inverse - 1);
                 }
                 bank->sure[k][i] = error * (1.0f / 3.0f);
+                bank->self[k][i] = inverse;
             }
         }
     }
@@ -71,6 +72,7 @@ CandidateBank ComputeBank(const Frame& frame, const BilateralKernels& kernels,
     bank.features = guides.names;
     for (int k = 0; k < kCandidates; ++k) {
         bank.sure[k].resize(frame.pixel_count());
+        bank.self[k].resize(frame.pixel_count());
         for (Plane& plane : bank.filtered[k]) {
             plane.resize(frame.pixel_count());
         }

@@ -12,6 +12,7 @@ struct CandidateBank {
     Plane filtered[kCandidates][3];
     Plane sure[kCandidates];  // unbiased estimate of the squared error a pixel, mean over RGB
                               // (methods 1.5)
+    Plane self[kCandidates];  // a pixel's own share of its filtered value, in [0, 1]
     std::string features;     // that took part
 };
 

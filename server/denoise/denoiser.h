@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <map>
 #include <memory>
 #include <optional>
@@ -23,6 +24,9 @@ struct Result {
     Plane color[3];
     std::optional<Plane>
         error;  // estimated squared error of `color` a pixel, mean over RGB; may be negative
+    // Unbiased estimate of the squared error a pixel and channel: mostly noise in one pixel, sound
+    // in a mean over many. Unset: the method has none.
+    std::optional<std::array<Plane, 3>> sure;
     std::map<std::string, std::string> notes;  // what was chosen, for the report
 };
 

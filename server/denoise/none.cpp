@@ -15,6 +15,7 @@ class None final : public Denoiser {
         for (int c = 0; c < 3; ++c) {
             result.color[c] = frame.color[c];
         }
+        result.sure = {frame.variance[0], frame.variance[1], frame.variance[2]};
         result.error = AverageOfThree(frame.variance);
         return result;
     }

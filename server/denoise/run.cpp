@@ -60,6 +60,10 @@ Result RunDenoiser(const Denoiser& denoiser, const Frame& frame, const CancelTok
                 result.color[c][i] = frame.color[c][i];
             }
         }
+        for (std::size_t c = 0; c < 3 && result.sure; ++c) {
+            float& error = (*result.sure)[c][i];
+            error = finite && std::isfinite(error) ? error : frame.variance[c][i];
+        }
         if (result.error && !(finite && std::isfinite((*result.error)[i]))) {
             (*result.error)[i] =
                 (frame.variance[0][i] + frame.variance[1][i] + frame.variance[2][i]) *

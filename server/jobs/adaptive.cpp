@@ -1,17 +1,25 @@
-// The robust adaptive sampler (methods 3.2), driven by noise: for images that are not filtered.
+// The robust adaptive sampler (methods 3.2 and 5.5).
 //
-//   pilot   samples a pixel in the first pass; even (default 8)
+//   pilot   samples a pixel in the first pass; even (default 4)
+//   by      what says where samples go: `filter` (default), where the filtered halves disagree, if
+//           the image is filtered; `noise`, where the samples are noisy, whatever follows
 //
 // After the pilot each pass doubles what the image has, or spends what is left of the budget. Its
-// samples go where one sample's deviation, relative to the brightness, is large (noise_rule.h): in
-// the end a pixel's count is in proportion to it. No pixel is ever done: one that has seen nothing
-// stays in question as long as its neighbours' samples leave room for what it may have missed.
+// samples go where one sample's deviation, relative to the brightness, is large (noise_rule.h), or
+// where the filter makes different images of the two halves (guide_rule.h): in the end a pixel's
+// count is in proportion to that. No pixel gets more than three times what it has in a pass, so
+// that one firefly draws little, and none is ever done: one that has seen nothing stays in question
+// as long as there is light about.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numeric>
 
 #include "core/base/error.h"
 #include "core/base/param_set.h"
+#include "server/jobs/guide_rule.h"
+#include "server/jobs/neyman.h"
 #include "server/jobs/noise_rule.h"
 #include "server/jobs/planner.h"
 #include "server/jobs/spread.h"
@@ -21,9 +29,16 @@ namespace {
 
 class Adaptive final : public Planner {
   public:
-    explicit Adaptive(const ParamSet& params) : pilot_(ReadPilot(params, "adaptive", 8, 4)) {}
+    explicit Adaptive(const ParamSet& params)
+        : pilot_(ReadPilot(params, "adaptive", 4, 4)),
+          by_(params.GetChoice("by", "filter", {"filter", "noise"})) {}
 
-    std::string Describe() const override { return fmt::format("adaptive:pilot={}", pilot_); }
+    std::string Describe() const override {
+        return fmt::format("adaptive:pilot={},by={}", pilot_, by_);
+    }
+
+    // Deviations are pooled, and change little when a pass more is known.
+    FilmView View() const override { return FilmView::kLagging; }
 
     Plan NextPass(const PlanInput& input) override {
         const Film& film = input.film;
@@ -31,25 +46,31 @@ class Adaptive final : public Planner {
         if (budget < 2 && pass_ > 0) {
             return {{}, kBudgetSpent, {}, {}};
         }
-        const std::size_t pixels = film.pixel_count();
         Plan plan;
         if (pass_++ == 0) {
-            plan.counts = SpreadPilot(pixels, static_cast<std::uint32_t>(pilot_), budget);
-        } else {
-            // A rest of less than half a pass is not worth one of its own.
-            const std::uint64_t has = static_cast<std::uint64_t>(film.TotalSamples());
-            const std::uint64_t pass = budget < has + has / 2 ? budget : has;
-            plan.counts = ShareByDeviation(film, RelativeDeviation(film), pass, pass_);
+            plan.counts =
+                SpreadPilot(film.pixel_count(), static_cast<std::uint32_t>(pilot_), budget);
+            return plan;
         }
+        // A rest of less than half a pass is not worth one of its own.
+        const std::vector<std::uint32_t> planned = PlannedCounts(input);
+        const auto has = std::accumulate(planned.begin(), planned.end(), std::uint64_t{0});
+        const std::uint64_t pass = budget < has + has / 2 ? budget : has;
+        std::vector<float> deviation = RelativeDeviation(film);
+        if (input.guide != nullptr && by_ == "filter") {
+            deviation = GuidedDeviation(film, (*input.guide)(film), deviation);
+        }
+        plan.counts = ShareByDeviation(planned, deviation, pass, pass_);
         if (std::all_of(plan.counts.begin(), plan.counts.end(),
                         [](std::uint32_t c) { return c == 0; })) {
-            return {{}, budget < 2 ? kBudgetSpent : "no pixel has any noise", {}, {}};
+            return {{}, "no pixel has any noise", {}, {}};
         }
         return plan;
     }
 
   private:
     int pilot_;
+    std::string by_;
     std::uint32_t pass_ = 0;  // passes planned so far
 };
 

@@ -5,186 +5,166 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
-#include "server/jobs/spread.h"
+#include "server/jobs/box_mean.h"
 #include "server/jobs/variance_level.h"
 
 namespace relume::jobs {
 namespace {
 
-constexpr int kPoolRadius = 2, kEventRadius = 7;
-// Pixels whose features differ by less look at the same thing: squared distances.
-constexpr float kAlbedoApart = 0.02f, kNormalApart = 0.1f, kDepthApart = 0.01f;
 constexpr float kEpsilon = 1e-3f;
-constexpr double kUnseen = 0.05;  // chance that an event so frequent was not seen
+constexpr int kRadius = 4;
+constexpr float kFromAround = 0.5f, kFromAll = 0.01f;
+// Squared distances at which a neighbour counts a quarter. Depth: relative.
+constexpr float kAlbedoApart = 0.02f, kNormalApart = 0.1f, kDepthApart = 0.01f;
 
-// Calls f(i, x, y) for all pixels, in parallel.
-template <class F>
-void ForPixels(const Film& film, F&& f) {
-    const auto width = static_cast<std::size_t>(film.width());
-    ParallelFor(0, static_cast<std::size_t>(film.height()), 8, [&](std::size_t y0, std::size_t y1) {
-        for (std::size_t y = y0; y < y1; ++y) {
-            for (std::size_t x = 0; x < width; ++x) {
-                f(y * width + x, static_cast<int>(x), static_cast<int>(y));
+// Rows of plain numbers, so that the inner loop runs over pixels that lie side by side.
+struct Planes {
+    std::array<std::vector<float>, 3> albedo, normal;  // over the roots of their distances
+    std::vector<float> depth, inverse_depth2;          // 1 / (kDepthApart depth^2)
+    std::vector<float> samples, freedom;               // degrees of freedom of m2
+    // Of RGB: squared deviations at the level of the halves, and sums.
+    std::array<std::vector<float>, 3> m2, sum;
+};
+
+Planes ReadPlanes(const Film& film) {
+    const auto level = VarianceLevel(film);
+    const std::size_t pixels = film.pixel_count();
+    Planes planes;
+    const auto feature = [&](int f, float scale) {
+        std::vector<float> out(pixels);
+        const auto a = film.Plane(kFeatureMeanA + f), b = film.Plane(kFeatureMeanB + f);
+        for (std::size_t i = 0; i < pixels; ++i) {
+            out[i] = scale * 0.5f * (a[i] + b[i]);
+        }
+        return out;
+    };
+    planes.depth = feature(kDepth, 1);
+    for (auto* plane : {&planes.inverse_depth2, &planes.samples, &planes.freedom}) {
+        plane->resize(pixels);
+    }
+    for (std::size_t i = 0; i < pixels; ++i) {
+        planes.inverse_depth2[i] = 1 / (kDepthApart * planes.depth[i] * planes.depth[i] + 1e-30f);
+        planes.samples[i] = film.SampleCount(i);
+        planes.freedom[i] = std::max(0.0f, planes.samples[i] - 2);
+    }
+    for (int c = 0; c < 3; ++c) {
+        const auto k = static_cast<std::size_t>(c);
+        planes.albedo[k] = feature(kAlbedoR + c, 1 / std::sqrt(kAlbedoApart));
+        planes.normal[k] = feature(kNormalX + c, 1 / std::sqrt(kNormalApart));
+        planes.m2[k].resize(pixels);
+        planes.sum[k].resize(pixels);
+        const auto a = film.Plane(kM2A + c), b = film.Plane(kM2B + c);
+        for (std::size_t i = 0; i < pixels; ++i) {
+            planes.m2[k][i] = level[k][i] * (a[i] + b[i]);
+            planes.sum[k][i] = planes.samples[i] * film.Mean(i)[c];
+        }
+    }
+    return planes;
+}
+
+// Weighted sums over the neighbours of a row of pixels.
+struct Row {
+    explicit Row(std::size_t width) : samples(width), freedom(width) {
+        m2.fill(std::vector<float>(width));
+        sum = m2;
+    }
+    std::vector<float> samples, freedom;
+    std::array<std::vector<float>, 3> m2, sum;
+};
+
+float Square(float x) { return x * x; }
+
+// Adds what pixels [j, j + count) give to those at [i, i + count), which are [x, x + count) of the
+// row.
+void AddNeighbours(const Planes& p, std::size_t i, std::size_t j, std::size_t x, std::size_t count,
+                   Row* row) {
+    const auto at = [](const std::vector<float>& v, std::size_t first) { return v.data() + first; };
+    const float *a0 = at(p.albedo[0], 0), *a1 = at(p.albedo[1], 0), *a2 = at(p.albedo[2], 0);
+    const float *n0 = at(p.normal[0], 0), *n1 = at(p.normal[1], 0), *n2 = at(p.normal[2], 0);
+    const float *depth = at(p.depth, 0), *inverse = at(p.inverse_depth2, i);
+    const float *samples = at(p.samples, j), *freedom = at(p.freedom, j);
+    const float *v0 = at(p.m2[0], j), *v1 = at(p.m2[1], j), *v2 = at(p.m2[2], j);
+    const float *s0 = at(p.sum[0], j), *s1 = at(p.sum[1], j), *s2 = at(p.sum[2], j);
+    float* __restrict out_samples = row->samples.data() + x;
+    float* __restrict out_freedom = row->freedom.data() + x;
+    float* __restrict out_v0 = row->m2[0].data() + x;
+    float* __restrict out_v1 = row->m2[1].data() + x;
+    float* __restrict out_v2 = row->m2[2].data() + x;
+    float* __restrict out_s0 = row->sum[0].data() + x;
+    float* __restrict out_s1 = row->sum[1].data() + x;
+    float* __restrict out_s2 = row->sum[2].data() + x;
+    for (std::size_t k = 0; k < count; ++k) {
+        const float apart = Square(a0[i + k] - a0[j + k]) + Square(a1[i + k] - a1[j + k]) +
+                            Square(a2[i + k] - a2[j + k]) + Square(n0[i + k] - n0[j + k]) +
+                            Square(n1[i + k] - n1[j + k]) + Square(n2[i + k] - n2[j + k]) +
+                            Square(depth[i + k] - depth[j + k]) * inverse[k];
+        const float weight = 1 / Square(1 + apart);
+        out_samples[k] += weight * samples[k];
+        out_freedom[k] += weight * freedom[k];
+        out_v0[k] += weight * v0[k];
+        out_v1[k] += weight * v1[k];
+        out_v2[k] += weight * v2[k];
+        out_s0[k] += weight * s0[k];
+        out_s1[k] += weight * s1[k];
+        out_s2[k] += weight * s2[k];
+    }
+}
+
+// Mean over RGB of variance over squared mean, pooled over each pixel's neighbours.
+std::vector<float> PoolNeighbours(const Film& film) {
+    const Planes planes = ReadPlanes(film);
+    const int width = film.width(), height = film.height();
+    std::vector<float> relative(film.pixel_count());
+    ParallelFor(0, static_cast<std::size_t>(height), 4, [&](std::size_t y0, std::size_t y1) {
+        for (int y = static_cast<int>(y0); y < static_cast<int>(y1); ++y) {
+            Row row(static_cast<std::size_t>(width));
+            for (int dy = std::max(-kRadius, -y); dy <= std::min(kRadius, height - 1 - y); ++dy) {
+                for (int dx = -kRadius; dx <= kRadius; ++dx) {
+                    // Every second one, as on a chess board, is as good as all.
+                    if ((dx == 0 && dy == 0) || (dx + dy) % 2 != 0) {
+                        continue;
+                    }
+                    const int first = std::max(0, -dx), last = std::min(width, width - dx);
+                    if (first < last) {
+                        const auto i =
+                            static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                            static_cast<std::size_t>(first);
+                        const auto j =
+                            static_cast<std::size_t>(y + dy) * static_cast<std::size_t>(width) +
+                            static_cast<std::size_t>(first + dx);
+                        AddNeighbours(planes, i, j, static_cast<std::size_t>(first),
+                                      static_cast<std::size_t>(last - first), &row);
+                    }
+                }
+            }
+            for (std::size_t x = 0; x < static_cast<std::size_t>(width); ++x) {
+                float sum = 0;
+                for (std::size_t c = 0; c < 3 && row.freedom[x] > 0; ++c) {
+                    sum += row.m2[c][x] / row.freedom[x] /
+                           (Square(row.sum[c][x] / row.samples[x]) + kEpsilon);
+                }
+                relative[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + x] =
+                    sum / 3;
             }
         }
     });
-}
-
-// Calls f(j) for the pixels of a window about (x, y), clipped at the border, in order.
-template <class F>
-void ForWindow(const Film& film, int x, int y, int radius_x, int radius_y, F&& f) {
-    for (int v = std::max(y - radius_y, 0); v <= std::min(y + radius_y, film.height() - 1); ++v) {
-        for (int u = std::max(x - radius_x, 0); u <= std::min(x + radius_x, film.width() - 1);
-             ++u) {
-            f(static_cast<std::size_t>(v) * static_cast<std::size_t>(film.width()) +
-              static_cast<std::size_t>(u));
-        }
-    }
-}
-
-// Largest sample and number of samples in the events' window: rows first, then columns.
-struct Neighbourhood {
-    std::vector<float> largest;
-    std::vector<double> count;
-};
-Neighbourhood Surroundings(const Film& film) {
-    Neighbourhood rows{std::vector<float>(film.pixel_count()),
-                       std::vector<double>(film.pixel_count())};
-    Neighbourhood all = rows;
-    const auto largest = film.Plane(kMaxLuminance);
-    ForPixels(film, [&](std::size_t i, int x, int y) {
-        ForWindow(film, x, y, kEventRadius, 0, [&](std::size_t j) {
-            rows.largest[i] = std::max(rows.largest[i], largest[j]);
-            rows.count[i] += film.SampleCount(j);
-        });
-    });
-    ForPixels(film, [&](std::size_t i, int x, int y) {
-        ForWindow(film, x, y, 0, kEventRadius, [&](std::size_t j) {
-            all.largest[i] = std::max(all.largest[i], rows.largest[j]);
-            all.count[i] += rows.count[j];
-        });
-    });
-    return all;
-}
-
-// What a pixel looks at: its features' means.
-using Look = std::array<float, kFeatureCount>;
-
-std::vector<Look> Looks(const Film& film) {
-    std::vector<Look> looks(film.pixel_count());
-    for (std::size_t f = 0; f < kFeatureCount; ++f) {
-        const auto a = film.Plane(kFeatureMeanA + static_cast<int>(f));
-        const auto b = film.Plane(kFeatureMeanB + static_cast<int>(f));
-        for (std::size_t i = 0; i < looks.size(); ++i) {
-            looks[i][f] = 0.5f * (a[i] + b[i]);
-        }
-    }
-    return looks;
-}
-
-bool Alike(const Look& one, const Look& other) {
-    const auto apart = [&](std::size_t first, std::size_t count) {
-        float sum = 0;
-        for (std::size_t f = first; f < first + count; ++f) {
-            const float d = one[f] - other[f];
-            sum += d * d;
-        }
-        return sum;
-    };
-    return apart(kAlbedoR, 3) <= kAlbedoApart && apart(kNormalX, 3) <= kNormalApart &&
-           apart(kDepth, 1) <= kDepthApart * one[kDepth] * one[kDepth];
+    return relative;
 }
 
 }  // namespace
 
 std::vector<float> RelativeDeviation(const Film& film) {
-    const auto level = VarianceLevel(film);
-    const Neighbourhood around = Surroundings(film);
-    const std::vector<Look> looks = Looks(film);
-    std::vector<float> deviation(film.pixel_count());
-    ForPixels(film, [&](std::size_t i, int x, int y) {
-        // Pooled: squared deviations over degrees of freedom, and sums over samples.
-        std::array<double, 3> m2{}, sum{};
-        double freedom = 0, samples = 0;
-        ForWindow(film, x, y, kPoolRadius, kPoolRadius, [&](std::size_t j) {
-            if (!Alike(looks[i], looks[j])) {
-                return;
-            }
-            const float n = film.SampleCount(j);
-            const Rgb mean = film.Mean(j);
-            samples += n;
-            freedom += std::max(0.0f, n - 2);
-            for (std::size_t c = 0; c < 3; ++c) {
-                m2[c] += film.Plane(kM2A + static_cast<int>(c))[j] +
-                         film.Plane(kM2B + static_cast<int>(c))[j];
-                sum[c] += n * mean[static_cast<int>(c)];
-            }
-        });
-        // p of the most frequent event that nobody needs to have seen. It would make the mean
-        // brighter, too.
-        const double p = around.count[i] > 0 ? 1 - std::pow(kUnseen, 1 / around.count[i]) : 1;
-        const double event = around.largest[i];
-        double relative = 0;
-        for (std::size_t c = 0; c < 3; ++c) {
-            const double pooled = freedom > 0 ? m2[c] / freedom * level[c][i] : 0;
-            const double mean = samples > 0 ? sum[c] / samples : 0;
-            const double with_event = mean + p * event;
-            relative +=
-                std::max(pooled / (mean * mean + kEpsilon),
-                         p * (1 - p) * event * event / (with_event * with_event + kEpsilon));
-        }
-        deviation[i] = static_cast<float>(std::sqrt(relative / 3));
-    });
+    std::vector<float> deviation = PoolNeighbours(film);
+    const std::vector<float> around = BoxMean(deviation, film.width(), film.height());
+    double all = 0;
+    for (const float v : deviation) {
+        all += v;
+    }
+    const auto rest = static_cast<float>(kFromAll * all / static_cast<double>(deviation.size()));
+    for (std::size_t i = 0; i < deviation.size(); ++i) {
+        deviation[i] = std::sqrt(deviation[i] + kFromAround * around[i] + rest);
+    }
     return deviation;
-}
-
-std::vector<std::uint32_t> ShareByDeviation(const Film& film, const std::vector<float>& deviation,
-                                            std::uint64_t budget, std::uint32_t salt) {
-    const std::size_t pixels = film.pixel_count();
-    // A pixel of deviation s gets lambda s - n, at least 0 and at most 3 n: lambda by bisection.
-    const auto wish = [&](std::size_t i, double lambda) {
-        const double n = film.SampleCount(i);
-        return std::clamp(lambda * static_cast<double>(deviation[i]) - n, 0.0, 3 * n);
-    };
-    double low = 0, high = 1;
-    const auto total = [&](double lambda) {
-        double sum = 0;
-        for (std::size_t i = 0; i < pixels; ++i) {
-            sum += wish(i, lambda);
-        }
-        return sum;
-    };
-    const double target = static_cast<double>(budget);
-    while (total(high) < target && high < 1e30) {
-        high *= 2;
-    }
-    for (int step = 0; step < 60; ++step) {
-        const double middle = 0.5 * (low + high);
-        (total(middle) < target ? low : high) = middle;
-    }
-    std::vector<std::uint32_t> counts(pixels);
-    std::uint64_t sum = 0;
-    for (std::size_t i = 0; i < pixels; ++i) {
-        // Pairs, rounded up or down by a number of the pixel's own.
-        std::uint32_t hash = static_cast<std::uint32_t>(i) * 0x9e3779b9u + salt * 0x85ebca6bu;
-        hash ^= hash >> 16;
-        hash *= 0x7feb352du;
-        hash ^= hash >> 15;
-        hash *= 0x846ca68bu;
-        hash ^= hash >> 16;
-        const double pairs = 0.5 * wish(i, low) + hash * 0x1p-32;
-        counts[i] = 2 * static_cast<std::uint32_t>(pairs);
-        sum += counts[i];
-    }
-    if (sum > budget) {
-        ScaleDown(budget, &counts);
-    } else if (sum > 0) {
-        const std::vector<std::uint32_t> rest = SpreadEvenly(pixels, budget - sum, 2);
-        for (std::size_t i = 0; i < pixels; ++i) {
-            counts[i] += rest[i];
-        }
-    }
-    return counts;
 }
 
 }  // namespace relume::jobs

@@ -1,69 +1,12 @@
 #include "server/jobs/variance_level.h"
 
-#include <algorithm>
-
 #include "core/base/parallel.h"
+#include "server/jobs/box_mean.h"
 
 namespace relume::jobs {
 namespace {
 
 constexpr std::size_t kGrain = 4096;  // pixels a task
-constexpr std::size_t kBox = 21;      // pixels a side; a multiple of 3
-constexpr std::size_t kRadius = kBox / 2;
-
-// Sums of kBox neighbours: out[i] = in[i] + ... + in[i + kBox - 1], each a row of `width` values,
-// by way of sums of three, which are left in `in`. No running sums: what a firefly adds to one and
-// takes out again would leave a trace. `in` has `count` + kBox - 1 rows.
-void BoxSums(std::size_t count, std::size_t width, std::vector<double>* in,
-             std::vector<double>* out) {
-    double* t = in->data();
-    for (std::size_t i = 0; i < (count + kBox - 3) * width; ++i) {
-        t[i] += t[i + width] + t[i + 2 * width];
-    }
-    std::fill(out->begin(), out->end(), 0.0);
-    for (std::size_t offset = 0; offset < kBox; offset += 3) {
-        for (std::size_t i = 0; i < count * width; ++i) {
-            (*out)[i] += t[i + offset * width];
-        }
-    }
-}
-
-// Mean over kBox x kBox pixels, clipped at the border.
-std::vector<float> BoxMean(const std::vector<float>& plane, int width, int height) {
-    const auto w = static_cast<std::size_t>(width), h = static_cast<std::size_t>(height);
-    // Pixels of a line of `size` that the box at `i` covers.
-    const auto covered = [](std::size_t i, std::size_t size) {
-        return std::min(size - 1, i + kRadius) - (i - std::min(i, kRadius)) + 1;
-    };
-    std::vector<double> rows(plane.size());
-    ParallelFor(0, h, 16, [&](std::size_t y0, std::size_t y1) {
-        std::vector<double> padded, sums(w);
-        for (std::size_t y = y0; y < y1; ++y) {
-            padded.assign(w + kBox - 1, 0.0);
-            std::copy_n(plane.begin() + static_cast<std::ptrdiff_t>(y * w), w,
-                        padded.begin() + kRadius);
-            BoxSums(w, 1, &padded, &sums);
-            std::copy(sums.begin(), sums.end(), rows.begin() + static_cast<std::ptrdiff_t>(y * w));
-        }
-    });
-    std::vector<float> mean(plane.size());
-    ParallelFor(0, w, 32, [&](std::size_t x0, std::size_t x1) {
-        const std::size_t strip = x1 - x0;
-        std::vector<double> padded((h + kBox - 1) * strip, 0.0), sums(h * strip);
-        for (std::size_t y = 0; y < h; ++y) {
-            std::copy_n(rows.begin() + static_cast<std::ptrdiff_t>(y * w + x0), strip,
-                        padded.begin() + static_cast<std::ptrdiff_t>((y + kRadius) * strip));
-        }
-        BoxSums(h, strip, &padded, &sums);
-        for (std::size_t y = 0; y < h; ++y) {
-            for (std::size_t k = 0; k < strip; ++k) {
-                const auto pixels = static_cast<double>(covered(x0 + k, w) * covered(y, h));
-                mean[y * w + x0 + k] = static_cast<float>(sums[y * strip + k] / pixels);
-            }
-        }
-    });
-    return mean;
-}
 
 }  // namespace
 

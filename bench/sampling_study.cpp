@@ -1,0 +1,357 @@
+// relume-sampling-study: how well samplers spend a number of samples, on one scene.
+//
+// Samples are pure functions of their index: each is rendered once and kept (sample_store.h), then
+// every sampler takes what it asks for from there, and gets the film that a farm would give it.
+// Error is measured against the mean of all samples of the other seeds, whose own error is
+// subtracted and told. Writes a line of JSON for each seed, number of samples, sampler and filter.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "bench/sample_store.h"
+#include "bench/scene_source.h"
+#include "core/base/error.h"
+#include "core/base/parallel.h"
+#include "server/denoise/denoiser.h"
+#include "server/denoise/error_estimate.h"
+#include "server/denoise/halves.h"
+#include "server/jobs/neyman.h"
+#include "server/jobs/planner.h"
+
+namespace relume::bench {
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr const char* kOracle = "oracle";
+
+struct Options {
+    std::string scene, environment, store, name;
+    float environment_scale = 1, time = -1, shutter = -1;
+    std::string size = "192x144";
+    std::vector<float> look_from, look_at{0, 0, 0};
+    float fov = 40;
+    int depth = 0, threads = 2, seeds = 4;
+    std::uint32_t stored = 512;
+    std::vector<int> spp{16, 32, 64};
+    std::vector<std::string> samplers{"uniform", "adaptive"}, filters{"none"};
+};
+
+double Since(std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+Vec3f ToVec(const std::vector<float>& v) { return {v[0], v[1], v[2]}; }
+
+// Per pixel and channel.
+struct Truth {
+    std::vector<Rgb> mean, floor;  // and the variance of that mean
+    std::vector<Rgb> variance;     // of one sample
+};
+
+Truth FindTruth(const std::vector<SampleStore>& stores, std::size_t without) {
+    const std::size_t pixels = stores[0].window().area();
+    Truth truth{std::vector<Rgb>(pixels), std::vector<Rgb>(pixels), std::vector<Rgb>(pixels)};
+    ParallelFor(0, pixels, 64, [&](std::size_t i0, std::size_t i1) {
+        for (std::size_t i = i0; i < i1; ++i) {
+            for (int c = 0; c < 3; ++c) {
+                Moments means, all;
+                for (std::size_t s = 0; s < stores.size(); ++s) {
+                    Moments one;
+                    for (std::uint32_t k = 0; k < stores[s].spp(); ++k) {
+                        one.Add(stores[s].Get(i, k).radiance[c]);
+                    }
+                    all.Merge(one);
+                    if (s != without) {
+                        means.Add(one.mean);
+                    }
+                }
+                truth.mean[i][c] = static_cast<float>(means.mean);
+                truth.floor[i][c] = static_cast<float>(means.MeanVariance());
+                truth.variance[i][c] = static_cast<float>(all.SampleVariance());
+            }
+        }
+    });
+    return truth;
+}
+
+struct Score {
+    double mrse = 0, trimmed = 0, relmse = 0, energy = 0;
+};
+
+template <class Value>
+Score Compare(const Truth& truth, Value value) {
+    std::vector<double> errors(truth.mean.size());
+    double sum = 0, reference = 0;
+    Score score;
+    for (std::size_t i = 0; i < errors.size(); ++i) {
+        for (int c = 0; c < 3; ++c) {
+            const double r = truth.mean[i][c], x = value(i, c),
+                         e = (x - r) * (x - r) - truth.floor[i][c];
+            errors[i] += e / (r * r + 0.001) / 3;
+            score.relmse += e / (r * r + 0.01) / 3;
+            sum += x;
+            reference += r;
+        }
+    }
+    const auto n = static_cast<double>(errors.size());
+    score.relmse /= n;
+    for (const double e : errors) {
+        score.mrse += e / n;
+    }
+    std::sort(errors.begin(), errors.end());
+    const std::size_t kept = errors.size() - errors.size() / 1000;
+    for (std::size_t i = 0; i < kept; ++i) {
+        score.trimmed += errors[i] / static_cast<double>(kept);
+    }
+    score.energy = reference > 0 ? sum / reference : 1;
+    return score;
+}
+
+void Put(const char* what, const Score& score, Json* line) {
+    (*line)[what] = {{"mrse", score.mrse},
+                     {"trimmed", score.trimmed},
+                     {"relmse", score.relmse},
+                     {"energy", score.energy}};
+}
+
+// Counts in proportion to the true deviation relative to the true brightness (Neyman 1934), at
+// least 2.
+std::vector<std::uint32_t> OracleCounts(const Truth& truth, const Film& film,
+                                        std::uint64_t budget) {
+    std::vector<float> deviation(truth.mean.size());
+    for (std::size_t i = 0; i < deviation.size(); ++i) {
+        double sum = 0;
+        for (int c = 0; c < 3; ++c) {
+            sum += truth.variance[i][c] / (truth.mean[i][c] * truth.mean[i][c] + 0.001) / 3;
+        }
+        deviation[i] = static_cast<float>(std::sqrt(sum));
+    }
+    std::vector<std::uint32_t> planned(deviation.size());
+    for (std::size_t i = 0; i < planned.size(); ++i) {
+        planned[i] = film.NextIndex(i);
+    }
+    return jobs::ShareByDeviation(planned, deviation, budget, 1);
+}
+
+void RunOne(const Options& options, const SampleStore& store, const Truth& truth, int seed, int spp,
+            const std::string& sampler, const std::string& filter) {
+    const TileRect& window = store.window();
+    const auto denoiser = denoise::MakeDenoiser(filter);
+    const CancelToken never;
+    double guide_seconds = 0;
+    const jobs::Guide guide = [&](const Film& film) {
+        const auto start = std::chrono::steady_clock::now();
+        auto out = denoise::Disagreement(
+            denoise::FilterHalves(*denoiser, denoise::FrameFromFilm(film), never));
+        guide_seconds += Since(start);
+        return out;
+    };
+    Film film(window, window.width(), window.height());
+    const std::uint64_t budget = static_cast<std::uint64_t>(spp) * window.area();
+    std::uint64_t planned = 0, cut = 0;
+    double plan_seconds = 0;
+    std::vector<double> passes;
+    const auto spend = [&](const std::vector<std::uint32_t>& counts) {
+        std::uint64_t pass = 0;
+        for (const auto c : counts) {
+            pass += c;
+        }
+        planned += pass;
+        passes.push_back(static_cast<double>(pass) / static_cast<double>(window.area()));
+        cut += store.Add(counts, &film);
+    };
+    if (sampler == kOracle) {
+        spend(std::vector<std::uint32_t>(window.area(), 2));
+        while (planned + 2 < budget && passes.size() < 20) {
+            // At most three times what is there: several rounds.
+            spend(OracleCounts(truth, film,
+                               passes.size() < 4 ? (budget - planned) / 4 : budget - planned));
+        }
+    } else {
+        const auto planner = jobs::MakePlanner(sampler);
+        while (planned < budget) {
+            const auto start = std::chrono::steady_clock::now();
+            const jobs::Plan plan = planner->NextPass(
+                {film, budget - planned, {}, filter == "none" ? nullptr : &guide});
+            plan_seconds += Since(start);
+            if (plan.counts.empty()) {
+                break;
+            }
+            spend(plan.counts);
+        }
+    }
+    const denoise::Frame frame = denoise::FrameFromFilm(film);
+    Json line{{"scene", options.name},
+              {"seed", seed},
+              {"spp", spp},
+              {"sampler", sampler},
+              {"filter", filter},
+              {"samples", static_cast<double>(planned - cut) / static_cast<double>(window.area())},
+              {"cut", cut},
+              {"passes", passes},
+              {"plan_seconds", plan_seconds},
+              {"guide_seconds", guide_seconds},
+              {"sample_seconds",
+               store.render_seconds() / static_cast<double>(window.area()) / store.spp()},
+              {"pixels", window.area()}};
+    Put("noisy", Compare(truth, [&](std::size_t i, int c) { return film.Mean(i)[c]; }), &line);
+    line["est_film"] = film.EstimateRelMSE();
+    if (filter != "none") {
+        const auto start = std::chrono::steady_clock::now();
+        const denoise::Result result = denoise::RunDenoiser(*denoiser, frame, never);
+        line["filter_seconds"] = Since(start);
+        const auto planes = [](const auto& p) {
+            return std::array<const denoise::Plane*, 3>{&p[0], &p[1], &p[2]};
+        };
+        const auto estimate = [&](const char* name, const auto& error, const auto& reference) {
+            const auto e =
+                denoise::EstimateError(planes(error), planes(frame.variance), planes(reference));
+            line[name] = {e.relmse, e.margin};
+        };
+        estimate("est_noisy", frame.variance, result.color);
+        if (result.sure) {
+            estimate("est_filtered", *result.sure, result.color);
+        }
+        Put("filtered", Compare(truth, [&](std::size_t i, int c) { return result.color[c][i]; }),
+            &line);
+        const auto halves = denoise::FilterHalves(*denoiser, frame, never);
+        {
+            // R = (F_a + F_b)/2
+            std::array<denoise::Plane, 3> e, r;
+            for (std::size_t c = 0; c < 3; ++c) {
+                e[c].resize(window.area());
+                r[c].resize(window.area());
+                for (std::size_t i = 0; i < window.area(); ++i) {
+                    const float fa = halves.color[0][c][i], fb = halves.color[1][c][i];
+                    const float a = frame.half[0][c][i], b = frame.half[1][c][i];
+                    const float v = 2 * frame.variance[c][i];
+                    r[c][i] = 0.5f * (fa + fb);
+                    e[c][i] = 0.5f * ((b - fa) * (b - fa) - v + (a - fb) * (a - fb) - v) -
+                              0.25f * (fa - fb) * (fa - fb);
+                }
+            }
+            estimate("est_halves", e, r);
+        }
+        Put("halves",
+            Compare(truth,
+                    [&](std::size_t i, int c) {
+                        const auto k = static_cast<std::size_t>(c);
+                        return 0.5 * (halves.color[0][k][i] + halves.color[1][k][i]);
+                    }),
+            &line);
+    }
+    fmt::print("{}\n", line.dump());
+    std::fflush(stdout);
+}
+
+void Run(const Options& options) {
+    SetThreadCount(options.threads);
+    RenderSettings settings;
+    if (std::sscanf(options.size.c_str(), "%dx%d", &settings.width, &settings.height) != 2) {
+        ThrowInvalidArgument("--size " + options.size + ": must look like 192x144");
+    }
+    settings.environment_scale = options.environment_scale;
+    if (!options.look_from.empty()) {
+        settings.look.emplace();
+        settings.look->from = ToVec(options.look_from);
+        settings.look->at = ToVec(options.look_at);
+        settings.look->fov = options.fov;
+    }
+    // What is stored is asked for first: the scene is loaded only if something lacks.
+    std::shared_ptr<const render::BuiltScene> built;
+    int depth = options.depth;
+    std::vector<SampleStore> stores(static_cast<std::size_t>(options.seeds));
+    for (int seed = 0; seed < options.seeds; ++seed) {
+        const auto file =
+            std::filesystem::path(options.store) /
+            fmt::format("{}-{}-{}-{}.samples", options.name, options.size, options.stored, seed);
+        SampleStore& store = stores[static_cast<std::size_t>(seed)];
+        if (store.Load(file, settings.Window(), options.stored)) {
+            continue;
+        }
+        if (!built) {
+            const SceneAndEnvironment files(options.scene, options.environment);
+            LoadOptions load;
+            load.environment = files.environment_name();
+            load.environment_scale = options.environment_scale;
+            load.time = options.time;
+            load.shutter = options.shutter;
+            Scene scene =
+                LoadScene(files, std::filesystem::path(options.scene).filename().string(), load);
+            depth = depth > 0 ? depth : scene.hints.max_depth > 0 ? scene.hints.max_depth : 8;
+            built = std::make_shared<render::BuiltScene>(std::move(scene));
+        }
+        settings.max_depth = depth;
+        settings.seed = static_cast<std::uint32_t>(seed);
+        store = SampleStore::Render(render::Renderer(built, settings), settings.Window(),
+                                    options.stored, options.threads);
+        std::filesystem::create_directories(options.store);
+        store.Save(file);
+    }
+    for (int seed = 0; seed < options.seeds; ++seed) {
+        const Truth truth = FindTruth(stores, static_cast<std::size_t>(seed));
+        if (seed == 0) {
+            double floor = 0;
+            for (std::size_t i = 0; i < truth.mean.size(); ++i) {
+                for (int c = 0; c < 3; ++c) {
+                    floor += truth.floor[i][c] / (truth.mean[i][c] * truth.mean[i][c] + 0.001) /
+                             (3.0 * static_cast<double>(truth.mean.size()));
+                }
+            }
+            fmt::print("{}\n", Json{{"scene", options.name}, {"floor", floor}}.dump());
+        }
+        for (const int spp : options.spp) {
+            for (const auto& filter : options.filters) {
+                for (const auto& sampler : options.samplers) {
+                    RunOne(options, stores[static_cast<std::size_t>(seed)], truth, seed, spp,
+                           sampler, filter);
+                }
+            }
+        }
+    }
+}
+
+int Main(int argc, char** argv) {
+    Options options;
+    CLI::App app("Samplers compared at equal numbers of samples.");
+    app.add_option("SCENE", options.scene)->required();
+    app.add_option("--name", options.name)->required();
+    app.add_option("--store", options.store, "folder of the samples")->required();
+    app.add_option("--environment", options.environment);
+    app.add_option("--environment-scale", options.environment_scale);
+    app.add_option("--time", options.time);
+    app.add_option("--shutter", options.shutter);
+    app.add_option("--size", options.size);
+    app.add_option("--look-from", options.look_from)->delimiter(',');
+    app.add_option("--look-at", options.look_at)->delimiter(',');
+    app.add_option("--fov", options.fov);
+    app.add_option("--max-depth", options.depth);
+    app.add_option("--threads", options.threads);
+    app.add_option("--seeds", options.seeds, "at least 3");
+    app.add_option("--stored", options.stored, "samples a pixel that are rendered");
+    app.add_option("--spp", options.spp)->delimiter(',');
+    app.add_option("--sampler", options.samplers);
+    app.add_option("--filter", options.filters);
+    CLI11_PARSE(app, argc, argv);
+    try {
+        Run(options);
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "relume-sampling-study: %s\n", error.what());
+        return 1;
+    }
+    return 0;
+}
+
+}  // namespace
+}  // namespace relume::bench
+
+int main(int argc, char** argv) { return relume::bench::Main(argc, argv); }

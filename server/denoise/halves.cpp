@@ -1,0 +1,72 @@
+#include "server/denoise/halves.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace relume::denoise {
+namespace {
+
+constexpr float kEpsilon = 1e-3f;
+
+}  // namespace
+
+Frame HalfFrame(const Frame& frame, int half) {
+    const auto h = static_cast<std::size_t>(half);
+    Frame out;
+    out.width = frame.width;
+    out.height = frame.height;
+    out.flagged = frame.flagged;
+    const std::size_t pixels = frame.pixel_count();
+    out.count.resize(pixels);
+    Plane scale(pixels);
+    for (std::size_t i = 0; i < pixels; ++i) {
+        // Even samples are the first half: it has the odd one more.
+        const float n = frame.count.empty() ? 2 : frame.count[i];
+        out.count[i] = std::max(1.0f, half == 0 ? n - static_cast<float>(static_cast<int>(n) / 2)
+                                                : static_cast<float>(static_cast<int>(n) / 2));
+        scale[i] = std::max(n, 1.0f) / out.count[i];
+    }
+    for (std::size_t c = 0; c < 3; ++c) {
+        out.color[c] = frame.half[h][c];
+        out.variance[c] = frame.variance[c];
+        out.sample_variance[c] = frame.sample_variance[c];
+        for (std::size_t i = 0; i < pixels; ++i) {
+            out.variance[c][i] *= scale[i];
+            if (!out.sample_variance[c].empty()) {
+                out.sample_variance[c][i] *= scale[i];
+            }
+        }
+    }
+    for (std::size_t f = 0; f < kFeatureCount; ++f) {
+        out.feature[f] =
+            frame.feature_half[h][f].empty() ? frame.feature[f] : frame.feature_half[h][f];
+        out.feature_variance[f] = frame.feature_variance[f];
+    }
+    return out;
+}
+
+FilteredHalves FilterHalves(const Denoiser& denoiser, const Frame& frame,
+                            const CancelToken& cancel) {
+    FilteredHalves out;
+    for (int half = 0; half < 2; ++half) {
+        Result result = RunDenoiser(denoiser, HalfFrame(frame, half), cancel);
+        for (std::size_t c = 0; c < 3; ++c) {
+            out.color[static_cast<std::size_t>(half)][c] = std::move(result.color[c]);
+        }
+    }
+    return out;
+}
+
+Plane Disagreement(const FilteredHalves& halves) {
+    Plane out(halves.color[0][0].size(), 0.0f);
+    for (std::size_t c = 0; c < 3; ++c) {
+        for (std::size_t i = 0; i < out.size(); ++i) {
+            const float a = halves.color[0][c][i], b = halves.color[1][c][i];
+            const float mean = 0.5f * (a + b), d = a - b;
+            out[i] += d * d / (mean * mean + kEpsilon) * (1.0f / 3.0f);
+        }
+    }
+    return out;
+}
+
+}  // namespace relume::denoise

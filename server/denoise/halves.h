@@ -1,0 +1,27 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "core/base/cancel_token.h"
+#include "server/denoise/denoiser.h"
+#include "server/denoise/frame.h"
+
+namespace relume::denoise {
+
+// One half of a frame as a frame of its own, without halves: its means, features and counts; the
+// variances are the whole frame's times n / n_half. `half`: 0 or 1. The frame must have halves.
+Frame HalfFrame(const Frame& frame, int half);
+
+// Both halves of a frame, each filtered without sight of the other.
+struct FilteredHalves {
+    std::array<std::array<Plane, 3>, 2> color;
+};
+FilteredHalves FilterHalves(const Denoiser& denoiser, const Frame& frame,
+                            const CancelToken& cancel);
+
+// Where the filtered halves disagree: (F_a - F_b)^2 / (F^2 + 1e-3) a pixel, mean over RGB, F their
+// mean. Row-major.
+Plane Disagreement(const FilteredHalves& halves);
+
+}  // namespace relume::denoise
