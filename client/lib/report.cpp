@@ -74,7 +74,8 @@ Json PassesJson(const v1::Job& job) {
                           {"samples", pass.samples()},
                           {"active_pixels", pass.active_pixels()},
                           {"relmse", pass.relmse()},
-                          {"seconds", pass.seconds()}});
+                          {"seconds", pass.seconds()},
+                          {"plan_seconds", pass.plan_seconds()}});
     }
     return passes;
 }
@@ -168,6 +169,8 @@ Json MakeReport(const v1::Job& job, const ReportFacts& facts) {
           {"upload", facts.upload},
           {"wait", wait},
           {"render", job.render_seconds()},
+          {"planning", job.plan_seconds()},
+          {"merging", job.merge_seconds()},
           {"filter", job.filter().seconds()},
           {"fetch", facts.fetch},
           {"total", facts.total}}},

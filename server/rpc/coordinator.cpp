@@ -136,9 +136,11 @@ void Coordinator::ForEach(const std::set<Listener*>& listeners, void (Listener::
 }
 
 void Coordinator::Changed() {
+    StartPlans();
     StartFilters();
     while (queue_.TakeNews()) {
         ForEach(worker_streams_, &Listener::Advance);
+        StartPlans();
         StartFilters();
     }
     ForEach(watchers_, &Listener::Advance);
@@ -148,6 +150,28 @@ void Coordinator::StopStreams() {
     stopping_ = true;
     ForEach(worker_streams_, &Listener::Stop);
     ForEach(watchers_, &Listener::Stop);
+}
+
+void Coordinator::StartPlans() {
+    while (!stopping_) {
+        auto taken = queue_.TakePlanWork();
+        if (!taken) {
+            return;
+        }
+        plan_.Post([this, work = std::move(*taken), cancel = records_.at(taken->name).cancel] {
+            if (cancel->cancelled()) {
+                return;
+            }
+            const auto result = std::make_shared<jobs::PlanResult>(jobs::RunPlan(work));
+            control_.Post([this, name = work.name, result] {
+                if (!result->failure.empty()) {
+                    spdlog::error("{}: {}", name, result->failure);
+                }
+                queue_.Planned(name, std::move(*result), Now());
+                Changed();
+            });
+        });
+    }
 }
 
 void Coordinator::StartFilters() {
@@ -160,18 +184,18 @@ void Coordinator::StartFilters() {
         const auto& info = queue_.Get(work->name);
         spdlog::info("{}: {} samples in {} passes after {:.2f} s ({})", work->name,
                      info.samples_done, info.passes.size(), info.render_seconds, info.message);
-        filter_.Post([this, work = std::move(*work), spec = record.spec, cancel = record.cancel,
-                      numeric_class = info.numeric_class] {
-            Filter(work.name, *work.film, spec, numeric_class, *cancel);
-        });
+        filter_.Post(
+            [this, work = std::move(*work), spec = record.spec, cancel = record.cancel,
+             numeric_class = info.numeric_class] { Filter(work, spec, numeric_class, *cancel); });
     }
 }
 
-void Coordinator::Filter(const std::string& name, const Film& film, const CheckedSpec& spec,
+void Coordinator::Filter(const jobs::JobQueue::FilterWork& work, const CheckedSpec& spec,
                          const std::string& numeric_class, const CancelToken& cancel) {
+    const std::string& name = work.name;
     std::string failure;
     try {
-        FinishedImage finished = FinishImage(film, spec, numeric_class, cancel);
+        FinishedImage finished = FinishImage(work, spec, numeric_class, cancel);
         std::string sha256 = Sha256Hex(finished.exr);
         if (!cancel.cancelled()) {
             results_.Put(JobId(name), finished.exr);

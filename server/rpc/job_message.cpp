@@ -58,6 +58,7 @@ void InfoToProto(const jobs::JobInfo& info, const WallClock& wall, v1::Job* job)
         p->set_active_pixels(pass.active_pixels);
         p->set_relmse(pass.relmse);
         p->set_seconds(pass.seconds);
+        p->set_plan_seconds(pass.plan_seconds);
     }
     for (const auto& [name, share] : info.workers) {
         v1::WorkerShare* w = job->add_workers();
@@ -74,6 +75,8 @@ void InfoToProto(const jobs::JobInfo& info, const WallClock& wall, v1::Job* job)
         SetTime(wall.At(*info.ended), job->mutable_end_time());
     }
     job->set_render_seconds(info.render_seconds);
+    job->set_plan_seconds(info.plan_seconds);
+    job->set_merge_seconds(info.merge_seconds);
     job->mutable_notes()->Assign(info.notes.begin(), info.notes.end());
     if (info.outcome) {
         OutcomeToProto(*info.outcome, job);

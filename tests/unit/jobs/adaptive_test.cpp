@@ -2,6 +2,7 @@
 
 #include <numeric>
 
+#include "server/jobs/neyman.h"
 #include "server/jobs/noise_rule.h"
 #include "server/jobs/pass.h"
 #include "server/jobs/planner.h"
@@ -65,19 +66,17 @@ Film RunAdaptive(std::uint64_t budget, Value value) {
 }
 
 TEST(NoiseRule, SharesInProportionCountingWhatIsThere) {
-    Film film({0, 0, 2, 1}, 2, 1);
-    Render(
-        {8, 8}, [](int, int, std::uint32_t) { return 1.0f; }, &film);
+    const std::vector<std::uint32_t> planned{8, 8};
     // 40 in all as 1 to 3: 10 and 30.
-    const auto counts = ShareByDeviation(film, {1, 3}, 24, 1);
+    const auto counts = ShareByDeviation(planned, {1, 3}, 24, 1);
     EXPECT_EQ(Sum(counts), 24u);
     EXPECT_NEAR(counts[0], 2, 2);
     EXPECT_NEAR(counts[1], 22, 2);
     // At most three times what is there; what that leaves goes to the others.
-    const auto most = ShareByDeviation(film, {1, 1000}, 40, 1);
+    const auto most = ShareByDeviation(planned, {1, 1000}, 40, 1);
     EXPECT_EQ(Sum(most), 40u);
     EXPECT_NEAR(most[1], 24, 2);
-    EXPECT_EQ(Sum(ShareByDeviation(film, {0, 0}, 40, 1)), 0u);
+    EXPECT_EQ(Sum(ShareByDeviation(planned, {0, 0}, 40, 1)), 0u);
 }
 
 TEST(NoiseRule, DeviationIsRelativeAndPooled) {
@@ -97,14 +96,35 @@ TEST(NoiseRule, DeviationIsRelativeAndPooled) {
     }
 }
 
+TEST(NoiseRule, APixelsOwnSamplesTakeNoPart) {
+    // One firefly: all about it become noisier, it does not.
+    const auto value = [](float firefly) {
+        return [firefly](int x, int y, std::uint32_t index) {
+            return x == 20 && y == 16 && index == 3 ? firefly
+                                                    : 0.5f + PseudoUniform(x, y, index, 0);
+        };
+    };
+    Film calm({0, 0, kWidth, kHeight}, kWidth, kHeight), hit = calm;
+    const std::vector<std::uint32_t> counts(kWidth * kHeight, 8);
+    Render(counts, value(1), &calm);
+    Render(counts, value(2000), &hit);
+    const auto before = RelativeDeviation(calm), after = RelativeDeviation(hit);
+    const std::size_t here = 16 * kWidth + 20, beside = here + 2;
+    EXPECT_GT(after[beside], 10 * before[beside]);
+    EXPECT_LT(after[here], 0.8f * after[beside]);
+}
+
 TEST(NoiseRule, APixelThatSawNothingBesideLightIsInQuestion) {
     Film film({0, 0, kWidth, kHeight}, kWidth, kHeight);
     Render(
         std::vector<std::uint32_t>(kWidth * kHeight, 8),
         [](int x, int, std::uint32_t index) { return x == 20 && index == 3 ? 5.0f : 0.0f; }, &film);
     const auto deviation = RelativeDeviation(film);
-    EXPECT_GT(deviation[16 * kWidth + 26], 0.1f);  // within 7 pixels of the light that was seen
-    EXPECT_EQ(deviation[16 * kWidth + 40], 0);     // nothing seen far and wide
+    const float near = deviation[16 * kWidth + 22], around = deviation[16 * kWidth + 29],
+                far = deviation[16 * kWidth + 40];
+    EXPECT_GT(around, 0.3f * near);  // within 10 pixels of what saw the light
+    EXPECT_LT(far, 0.3f * around);   // nothing seen far and wide
+    EXPECT_GT(far, 0);               // but not given up
 }
 
 TEST(Adaptive, KeepsTheEnergyOfRareLight) {
@@ -123,6 +143,41 @@ TEST(Adaptive, KeepsTheEnergyOfRareLight) {
     }
 }
 
+TEST(Adaptive, SpendsWhereTheFilteredHalvesDisagree) {
+    // All pixels are as noisy; the guide says that only the left half matters.
+    const auto value = [](int x, int y, std::uint32_t index) {
+        return 0.5f + PseudoUniform(x, y, index, 0);
+    };
+    Film film({0, 0, kWidth, kHeight}, kWidth, kHeight);
+    const Guide guide = [](const Film& f) {
+        std::vector<float> out(f.pixel_count());
+        for (std::size_t i = 0; i < out.size(); ++i) {
+            out[i] = i % kWidth < kWidth / 2 ? 1.0f : 0.01f;
+        }
+        return out;
+    };
+    for (const char* name : {"adaptive", "adaptive:by=noise"}) {
+        const auto planner = MakePlanner(name);
+        Render(planner->NextPass({film, 100'000}).counts, value, &film);
+        const Plan plan = planner->NextPass({film, 100'000, {}, &guide});
+        const auto sum = [&](int x0) {
+            std::uint64_t total = 0;
+            for (int y = 0; y < kHeight; ++y) {
+                for (int x = x0; x < x0 + kWidth / 2; ++x) {
+                    total += plan.counts[static_cast<std::size_t>(y * kWidth + x)];
+                }
+            }
+            return static_cast<double>(total);
+        };
+        const double ratio = sum(0) / sum(kWidth / 2);
+        if (std::string(name) == "adaptive") {
+            EXPECT_GT(ratio, 2);
+        } else {
+            EXPECT_NEAR(ratio, 1, 0.2);
+        }
+    }
+}
+
 TEST(Adaptive, SpendsWhereTheNoiseIs) {
     const auto half_noisy = [](int x, int y, std::uint32_t index) {
         return x < kWidth / 2 ? 1.0f : 2 * PseudoUniform(x, y, index, 0);
@@ -135,7 +190,7 @@ TEST(Adaptive, SpendsWhereTheNoiseIs) {
 TEST(Adaptive, AnImageWithoutNoiseIsDone) {
     const Film film =
         RunAdaptive(64 * kWidth * kHeight, [](int, int, std::uint32_t) { return 0.0f; });
-    EXPECT_EQ(film.TotalSamples(), 8 * kWidth * kHeight);
+    EXPECT_EQ(film.TotalSamples(), 4 * kWidth * kHeight);
 }
 
 }  // namespace

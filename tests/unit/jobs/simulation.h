@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "server/jobs/job_queue.h"
+#include "tests/unit/jobs/plan_now.h"
 #include "tests/unit/jobs/pseudo_renderer.h"
 
 namespace relume::jobs {
@@ -79,6 +80,9 @@ inline FarmRun RunFarm(const std::string& sampler, const TileRect& window, int t
             queue.SceneReady(w, "jobs/a", {}, now);
         }
         queue.Tick(now);
+        if (chance(0.2)) {  // plans take their time
+            PlanNow(&queue, now);
+        }
         while (auto lease = queue.NextLease(id, now)) {
             if (!chance(habits.lose)) {
                 const double wait = chance(habits.slow) ? lease->deadline_seconds * 1.5 : 0;
