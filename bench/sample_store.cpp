@@ -7,7 +7,6 @@
 #include <thread>
 
 #include "core/base/cancel_token.h"
-#include "server/jobs/pass.h"
 
 namespace relume::bench {
 namespace {
@@ -116,40 +115,29 @@ PixelSample SampleStore::Get(std::size_t pixel, std::uint32_t index) const {
     return sample;
 }
 
-std::uint64_t SampleStore::Add(const std::vector<std::uint32_t>& counts, Film* film) const {
-    std::uint64_t cut = 0;
-    std::vector<std::uint32_t> first(counts.size()), left(counts);
-    for (std::size_t i = 0; i < counts.size(); ++i) {
-        first[i] = film->NextIndex(i);
-        left[i] = std::min(counts[i], spp_ - std::min(spp_, first[i]));
-        cut += counts[i] - left[i];
+TileResult SampleStore::Answer(const TileTask& task) const {
+    TileResult result;
+    result.rect = task.rect;
+    std::vector<PixelMoments> moments;
+    for (std::size_t k = 0; k < task.count.size(); ++k) {
+        if (task.count[k] == 0) {
+            continue;
+        }
+        const auto width = static_cast<std::size_t>(task.rect.width());
+        const auto x = static_cast<std::size_t>(task.rect.x0 - window_.x0) + k % width;
+        const auto y = static_cast<std::size_t>(task.rect.y0 - window_.y0) + k / width;
+        const std::size_t pixel = y * static_cast<std::size_t>(window_.width()) + x;
+        result.pixels.push_back(static_cast<std::uint32_t>(k));
+        moments.emplace_back();
+        for (std::uint32_t n = 0; n < task.count[k]; ++n) {
+            moments.back().Add(task.first[k] + n, Get(pixel, (task.first[k] + n) % spp_));
+        }
     }
-    for (;;) {
-        TileResult layer;
-        layer.rect = window_;
-        std::vector<PixelMoments> moments;
-        for (std::size_t i = 0; i < left.size(); ++i) {
-            const std::uint32_t n = std::min(left[i], jobs::kMaxSamplesPerLease);
-            if (n == 0) {
-                continue;
-            }
-            layer.pixels.push_back(static_cast<std::uint32_t>(i));
-            moments.emplace_back();
-            for (std::uint32_t k = 0; k < n; ++k) {
-                moments.back().Add(first[i] + k, Get(i, first[i] + k));
-            }
-            first[i] += n;
-            left[i] -= n;
-        }
-        if (moments.empty()) {
-            return cut;
-        }
-        layer.planes.resize(kFilmChannelCount * moments.size());
-        for (std::size_t k = 0; k < moments.size(); ++k) {
-            moments[k].Store(layer.planes.data() + k, moments.size());
-        }
-        film->Merge(layer);
+    result.planes.resize(kFilmChannelCount * moments.size());
+    for (std::size_t k = 0; k < moments.size(); ++k) {
+        moments[k].Store(result.planes.data() + k, moments.size());
     }
+    return result;
 }
 
 }  // namespace relume::bench

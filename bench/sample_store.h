@@ -2,11 +2,10 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <vector>
 
-#include "core/film/film.h"
 #include "core/film/moments.h"
+#include "core/film/tile.h"
 #include "worker/render/render.h"
 
 namespace relume::bench {
@@ -19,7 +18,8 @@ class SampleStore {
   public:
     static constexpr std::uint32_t kFeatureSamples = 64;
 
-    // Renders samples [0, spp) with `threads` threads. spp >= kFeatureSamples.
+    // Renders samples [0, spp) with `threads` threads. spp: even, at least
+    // kFeatureSamples.
     static SampleStore Render(const render::Renderer& renderer, const TileRect& window,
                               std::uint32_t spp, int threads);
     // A file that Save wrote; false if there is none of that size.
@@ -32,9 +32,8 @@ class SampleStore {
 
     PixelSample Get(std::size_t pixel, std::uint32_t index) const;
 
-    // The next `counts` samples of each pixel, merged as the farm merges a pass. Counts beyond what
-    // is stored are cut: the number of samples that were.
-    std::uint64_t Add(const std::vector<std::uint32_t>& counts, Film* film) const;
+    // What a worker answers. Beyond what is stored samples come again, in both halves their own.
+    TileResult Answer(const TileTask& task) const;
 
   private:
     TileRect window_;

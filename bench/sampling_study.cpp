@@ -24,7 +24,9 @@
 #include "server/denoise/denoiser.h"
 #include "server/denoise/error_estimate.h"
 #include "server/denoise/halves.h"
+#include "server/jobs/job.h"
 #include "server/jobs/neyman.h"
+#include "server/jobs/plan_work.h"
 #include "server/jobs/planner.h"
 
 namespace relume::bench {
@@ -125,21 +127,83 @@ void Put(const char* what, const Score& score, Json* line) {
 
 // Counts in proportion to the true deviation relative to the true brightness (Neyman 1934), at
 // least 2.
-std::vector<std::uint32_t> OracleCounts(const Truth& truth, const Film& film,
-                                        std::uint64_t budget) {
-    std::vector<float> deviation(truth.mean.size());
-    for (std::size_t i = 0; i < deviation.size(); ++i) {
-        double sum = 0;
-        for (int c = 0; c < 3; ++c) {
-            sum += truth.variance[i][c] / (truth.mean[i][c] * truth.mean[i][c] + 0.001) / 3;
+class Oracle final : public jobs::Planner {
+  public:
+    explicit Oracle(const Truth& truth) : deviation_(truth.mean.size()) {
+        for (std::size_t i = 0; i < deviation_.size(); ++i) {
+            double sum = 0;
+            for (int c = 0; c < 3; ++c) {
+                sum += truth.variance[i][c] / (truth.mean[i][c] * truth.mean[i][c] + 0.001) / 3;
+            }
+            deviation_[i] = static_cast<float>(std::sqrt(sum));
         }
-        deviation[i] = static_cast<float>(std::sqrt(sum));
     }
-    std::vector<std::uint32_t> planned(deviation.size());
-    for (std::size_t i = 0; i < planned.size(); ++i) {
-        planned[i] = film.NextIndex(i);
+    std::string Describe() const override { return kOracle; }
+    jobs::FilmView View() const override { return jobs::FilmView::kNothing; }
+    jobs::Plan NextPass(const jobs::PlanInput& input) override {
+        jobs::Plan plan;
+        if (pass_++ == 0) {
+            plan.counts.assign(deviation_.size(), 2);
+            return plan;
+        }
+        // At most three times what is there: several rounds.
+        const std::uint64_t share = pass_ < 5 ? input.budget / 4 : input.budget;
+        plan.counts = jobs::ShareByDeviation(jobs::PlannedCounts(input), deviation_, share, pass_);
+        if (std::all_of(plan.counts.begin(), plan.counts.end(),
+                        [](std::uint32_t c) { return c == 0; })) {
+            plan.counts.clear();
+        }
+        return plan;
     }
-    return jobs::ShareByDeviation(planned, deviation, budget, 1);
+
+  private:
+    std::vector<float> deviation_;
+    std::uint32_t pass_ = 0;
+};
+
+// A farm of one worker that answers from the store.
+struct Sampled {
+    std::shared_ptr<const Film> film;
+    jobs::JobInfo info;
+    std::uint64_t beyond_store = 0;
+};
+Sampled RunJob(const SampleStore& store, std::shared_ptr<jobs::Planner> planner,
+               std::uint64_t budget, const jobs::Guide& guide) {
+    jobs::JobSetup setup;
+    setup.window = store.window();
+    setup.display_width = store.window().width();
+    setup.display_height = store.window().height();
+    setup.budget = budget;
+    setup.planner = std::move(planner);
+    setup.guide = guide;
+    const TimePoint now{};
+    jobs::Job job("jobs/study", 1, std::move(setup), now);
+    job.Start(now);
+    Sampled out;
+    for (;;) {
+        if (auto work = job.TakePlanWork()) {
+            job.Planned(jobs::RunPlan(*work), now);
+        } else if (const auto unit = job.FindPending(0, [](std::size_t) { return true; })) {
+            job.Take(*unit);
+            const TileTask task = job.Task(*unit);
+            for (std::size_t k = 0; k < task.count.size(); ++k) {
+                const std::uint32_t end = task.first[k] + task.count[k];
+                out.beyond_store += std::min(task.count[k], end - std::min(end, store.spp()));
+            }
+            job.AddLease(*unit, 1, now);
+            job.DropLease(*unit, 1);
+            job.Accept(*unit, "study", store.Answer(task), now);
+        } else {
+            break;
+        }
+    }
+    out.info = job.info();
+    auto sampled = job.TakeSampled();
+    if (!sampled) {
+        throw Error(ErrorCode::kInternal, "the job failed: " + job.info().message);
+    }
+    out.film = sampled->film;
+    return out;
 }
 
 void RunOne(const Options& options, const SampleStore& store, const Truth& truth, int seed, int spp,
@@ -155,53 +219,33 @@ void RunOne(const Options& options, const SampleStore& store, const Truth& truth
         guide_seconds += Since(start);
         return out;
     };
-    Film film(window, window.width(), window.height());
     const std::uint64_t budget = static_cast<std::uint64_t>(spp) * window.area();
-    std::uint64_t planned = 0, cut = 0;
-    double plan_seconds = 0;
-    std::vector<double> passes;
-    const auto spend = [&](const std::vector<std::uint32_t>& counts) {
-        std::uint64_t pass = 0;
-        for (const auto c : counts) {
-            pass += c;
-        }
-        planned += pass;
-        passes.push_back(static_cast<double>(pass) / static_cast<double>(window.area()));
-        cut += store.Add(counts, &film);
-    };
+    std::shared_ptr<jobs::Planner> planner;
     if (sampler == kOracle) {
-        spend(std::vector<std::uint32_t>(window.area(), 2));
-        while (planned + 2 < budget && passes.size() < 20) {
-            // At most three times what is there: several rounds.
-            spend(OracleCounts(truth, film,
-                               passes.size() < 4 ? (budget - planned) / 4 : budget - planned));
-        }
+        planner = std::make_shared<Oracle>(truth);
     } else {
-        const auto planner = jobs::MakePlanner(sampler);
-        while (planned < budget) {
-            const auto start = std::chrono::steady_clock::now();
-            const jobs::Plan plan = planner->NextPass(
-                {film, budget - planned, {}, filter == "none" ? nullptr : &guide});
-            plan_seconds += Since(start);
-            if (plan.counts.empty()) {
-                break;
-            }
-            spend(plan.counts);
-        }
+        planner = jobs::MakePlanner(sampler);
     }
+    const Sampled sampled =
+        RunJob(store, planner, budget, filter == "none" ? jobs::Guide() : jobs::Guide(guide));
+    const Film& film = *sampled.film;
     const denoise::Frame frame = denoise::FrameFromFilm(film);
+    const auto pixels = static_cast<double>(window.area());
+    double plan_seconds = 0;
+    for (const auto& pass : sampled.info.passes) {
+        plan_seconds += pass.plan_seconds;
+    }
     Json line{{"scene", options.name},
               {"seed", seed},
               {"spp", spp},
               {"sampler", sampler},
               {"filter", filter},
-              {"samples", static_cast<double>(planned - cut) / static_cast<double>(window.area())},
-              {"cut", cut},
-              {"passes", passes},
+              {"samples", film.TotalSamples() / pixels},
+              {"beyond_store", static_cast<double>(sampled.beyond_store) / pixels},
+              {"passes", sampled.info.passes.size()},
               {"plan_seconds", plan_seconds},
               {"guide_seconds", guide_seconds},
-              {"sample_seconds",
-               store.render_seconds() / static_cast<double>(window.area()) / store.spp()},
+              {"sample_seconds", store.render_seconds() / pixels / store.spp()},
               {"pixels", window.area()}};
     Put("noisy", Compare(truth, [&](std::size_t i, int c) { return film.Mean(i)[c]; }), &line);
     line["est_film"] = film.EstimateRelMSE();

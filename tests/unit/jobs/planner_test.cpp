@@ -67,7 +67,7 @@ TEST(Planners, NamesAndParametersAreCheckedAndTheKnownOnesSaid) {
              {"uniform:pilot=3", "must be even"},
              {"uniform:pilot=many", "one number"},
              {"adaptive:pilot=2", "4 to 4096"},
-             {"adaptive:mode=x", "'mode'; known: pilot"},
+             {"adaptive:mode=x", "'mode'; known: by, pilot"},
              {"paper:mode=robust", "printed, corrected"},
              {"paper:alpha=1-2-3-4", "1-4-16-32"},
              {"paper:pilot=2", "4 to 4096"},
