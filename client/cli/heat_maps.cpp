@@ -45,6 +45,7 @@ std::vector<HeatMapFile> WriteHeatMaps(const Image& image, const std::string& im
         const std::string name =
             path.stem().string() + "." + channel.substr(0, channel.find('.')) + ".png";
         made.push_back({channel, (target / name).string()});
+        CheckOutput(made.back().path);
         files.emplace_back(made.back().path)
             .Append(EncodePng(
                 DrawHeatMap(image.Plane(channel), image.width(), image.height(), layer.style)));

@@ -191,7 +191,7 @@ RgbPixels DrawHeatMap(std::span<const float> plane, int width, int height,
     }
     const int inside =
         std::max({width * zoom, kLeastSide, TextWidth(style.title, scale), keys_width});
-    const int axis_height = has_axis && !axis.empty() ? 10 * scale + 4 * scale + line : 0;
+    const int axis_height = has_axis && !axis.empty() ? 16 * scale + line : 0;
     const int keys_height = painted.keys.empty() ? 0 : line;
     const int picture_y = margin + line, below = picture_y + height * zoom + margin;
     Canvas canvas(inside + 2 * margin, below + axis_height + keys_height + margin, kPaper);

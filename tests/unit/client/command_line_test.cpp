@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
@@ -10,6 +11,8 @@
 #include "client/cli/commands.h"
 #include "client/cli/exit_codes.h"
 #include "client/cli/table.h"
+#include "core/base/files.h"
+#include "core/image/exr.h"
 
 namespace relume::client {
 namespace {
@@ -69,6 +72,20 @@ TEST(CommandLine, RefusesFilesThatAreNotThere) {
     ExpectRefused({"info", "no.gltf"}, kExitInput, "no.gltf");
     ExpectRefused({"compare", "no.exr", "no.exr"}, kExitInput, "no.exr");
     ExpectRefused({"render", "no.gltf", "-o", "no/x.exr"}, kExitOutput, "no/x.exr");
+}
+
+TEST(CommandLine, InfoTakesTheWordAfterPngForTheImage) {
+    const TemporaryFolder folder;
+    const std::string image = (folder.path() / "image.exr").string();
+    WriteExr(image, Image(4, 3, {"R", "G", "B", "relmse.Y"}));
+    const Outcome outcome = RunCommand({"info", "--png", image, "--json"});
+    EXPECT_EQ(outcome.exit_code, kExitDone) << outcome.err;
+    EXPECT_NE(outcome.out.find("image.relmse.png"), std::string::npos);
+    EXPECT_TRUE(std::filesystem::exists(folder.path() / "image.relmse.png"));
+    const std::string scene = (folder.path() / "scene.gltf").string();
+    std::ofstream(scene) << "{}";
+    ExpectRefused({"info", scene, "--png"}, kExitInput, "scene.gltf: --png");
+    ExpectRefused({"info", image, "--png=" + scene}, kExitOutput, "scene.gltf/image.relmse.png");
 }
 
 TEST(CommandLine, SaysSoonThatNoServerIsThere) {
