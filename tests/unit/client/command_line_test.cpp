@@ -62,6 +62,8 @@ TEST(CommandLine, RefusesInOneLineThatSaysWhereToLook) {
     ExpectRefused(
         {"render", "s.gltf", "-o", "x.exr", "--workers", "2", "--server", "localhost:7878"},
         kExitUsage, "--workers");
+    ExpectRefused({"verify", "x.exr", "s.gltf", "--spp", "63"}, kExitUsage, "even");
+    ExpectRefused({"verify", "x.exr", "s.gltf", "--pixels", "1"}, kExitUsage, "1000000");
     ExpectRefused({"jobs"}, kExitUsage, "RELUME_SERVER");
     ExpectRefused({"jobs", "--server", "localhost"}, kExitUsage, "localhost:7878");
     ExpectRefused({"help", "foo"}, kExitUsage, "exit-codes");
@@ -70,6 +72,7 @@ TEST(CommandLine, RefusesInOneLineThatSaysWhereToLook) {
 TEST(CommandLine, RefusesFilesThatAreNotThere) {
     ExpectRefused({"render", "no.gltf", "-o", "x.exr"}, kExitInput, "no.gltf");
     ExpectRefused({"info", "no.gltf"}, kExitInput, "no.gltf");
+    ExpectRefused({"verify", "no.exr", "no.gltf"}, kExitInput, "no.exr");
     ExpectRefused({"compare", "no.exr", "no.exr"}, kExitInput, "no.exr");
     ExpectRefused({"render", "no.gltf", "-o", "no/x.exr"}, kExitOutput, "no/x.exr");
 }
