@@ -53,14 +53,12 @@ class VerifyTest(unittest.TestCase):
         shutil.rmtree(cls.folder)
 
     @classmethod
-    def render(cls, out, *options):
-        relume('render', CORNELL, '-o', out, '--size', '40x30', '--sampler', 'uniform', '--quiet',
-               *(options if '--spp' in options else ('--spp', '64', *options)), server=cls.farm.address)
+    def render(cls, out, *options, spp=64):
+        relume('render', CORNELL, '-o', out, '--size', '40x30', '--spp', spp, '--sampler', 'uniform',
+               '--quiet', *options, server=cls.farm.address)
 
-    def verify(self, image, *options, scene=CORNELL):
-        if '--pixels' not in options:
-            options = ('--pixels', '600', *options)
-        return relume('verify', image, scene, '--spp', '128', '--quiet', *options,
+    def verify(self, image, *options, scene=CORNELL, pixels=600):
+        return relume('verify', image, scene, '--pixels', pixels, '--spp', '128', '--quiet', *options,
                       server=self.farm.address, check=False)
 
     def forged(self, key, change):
@@ -83,8 +81,8 @@ class VerifyTest(unittest.TestCase):
 
     def test_what_it_measures_is_the_distance_from_a_reference(self):
         reference = self.folder / 'reference.exr'
-        self.render(reference, '--spp', '2048', '--seed', '9', '--filter', 'none')
-        checks = json.loads(self.verify(self.image, '--json', '--pixels', '1200').stdout)['checks']
+        self.render(reference, '--seed', '9', '--filter', 'none', spp=2048)
+        checks = json.loads(self.verify(self.image, '--json', pixels=1200).stdout)['checks']
         self.assertEqual([check['of'] for check in checks], ['unfiltered', 'filtered'])
         for check, layer in zip(checks, (('--layer', 'noisy'), ())):
             run = relume('compare', reference, self.image, *layer, '--json')
