@@ -24,6 +24,7 @@ Runner AddWorkers(CLI::App* app);
 Runner AddFarm(CLI::App* app);
 Runner AddDenoise(CLI::App* app);
 Runner AddCompare(CLI::App* app);
+Runner AddVerify(CLI::App* app);
 Runner AddInfo(CLI::App* app);
 Runner AddHelp(CLI::App* app);
 
@@ -41,6 +42,7 @@ constexpr Command kCommands[] = {
     {"farm", "run a server and workers on this machine until Ctrl-C", AddFarm},
     {"denoise", "filter an image", AddDenoise},
     {"compare", "measure how far images are from a reference", AddCompare},
+    {"verify", "test the error that an image claims against fresh samples", AddVerify},
     {"info", "say what is in a scene or an image", AddInfo},
     {"help", "help on a command, on filters, samplers or exit-codes", AddHelp},
 };

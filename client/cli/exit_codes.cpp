@@ -10,6 +10,7 @@ std::string DescribeExitCodes() {
            "4     the server is out of reach, or the local farm does not start or breaks down\n"
            "5     the job failed, was cancelled, is not over, or is not there\n"
            "6     the result can't be written\n"
+           "7     verify: an image's claim of its error does not hold\n"
            "130   interrupted by Ctrl-C (SIGINT); 143: by SIGTERM\n";
 }
 

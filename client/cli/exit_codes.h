@@ -17,6 +17,7 @@ enum ExitCode {
     kExitServer = 4,   // server out of reach, local farm does not start or breaks down
     kExitJob = 5,      // the job failed, was cancelled, or is not there
     kExitOutput = 6,   // the result can't be written
+    kExitClaim = 7,    // verify: the image is not as close as it claims
     kExitSignal = 128  // plus the number of the signal that ended it
 };
 

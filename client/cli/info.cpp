@@ -11,10 +11,12 @@
 
 #include "client/cli/commands.h"
 #include "client/cli/exit_codes.h"
+#include "client/cli/heat_maps.h"
 #include "client/cli/options.h"
 #include "client/cli/progress.h"
 #include "client/cli/scene_needs.h"
 #include "client/lib/scene_files.h"
+#include "core/base/error.h"
 #include "core/image/exr.h"
 
 namespace relume::client {
@@ -22,9 +24,12 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr const char* kBeside = "true";  // CLI11's value of a flag without one
+
 struct InfoOptions {
     std::string file, environment;
     std::optional<float> time, shutter;
+    std::string png;  // "": none; else kBeside, or the folder for heat maps
     TalkOptions talk;
 };
 
@@ -206,6 +211,11 @@ void PrintImage(const Json& json) {
     for (const auto& [key, value] : json["metadata"].items()) {
         PrintLine("metadata", fmt::format("{} = {}", key, value.get<std::string>()));
     }
+    if (json.contains("heat_maps")) {
+        for (const auto& map : json["heat_maps"]) {
+            PrintLine("heat map", map["png"]);
+        }
+    }
 }
 
 int RunInfo(const InfoOptions& options) {
@@ -213,8 +223,18 @@ int RunInfo(const InfoOptions& options) {
         const bool image = IsExr(options.file);
         Json json;
         if (image) {
-            json = ImageJson(options.file, ReadExr(options.file));
+            const Image read = ReadExr(options.file);
+            json = ImageJson(options.file, read);
+            if (!options.png.empty()) {
+                const std::string folder = options.png == kBeside ? "" : options.png;
+                for (const auto& map : WriteHeatMaps(read, options.file, folder)) {
+                    json["heat_maps"].push_back({{"channel", map.channel}, {"png", map.path}});
+                }
+            }
         } else {
+            if (!options.png.empty()) {
+                ThrowInvalidArgument(options.file + ": --png is for images; this is no EXR file");
+            }
             const LocalScene files = CollectScene(options.file, options.environment);
             RenderSettings settings;
             settings.time = options.time.value_or(-1);
@@ -243,6 +263,10 @@ Runner AddInfo(CLI::App* app) {
                     "latitude-longitude map that is to light the scene")
         ->type_name("FILE");
     AddTimeOptions(app, &options->time, &options->shutter);
+    // A flag, so that a word after it is never taken for its value: --png FILE names the image.
+    app->add_flag("--png", options->png,
+                  "heat maps of the image's samples, error, selector and decisions, beside it as "
+                  "NAME.LAYER.png; --png=FOLDER: in that folder");
     AddJsonOption(app, &options->talk);
     return [options](Interrupts*) { return RunInfo(*options); };
 }

@@ -5,8 +5,6 @@
 #include <chrono>
 #include <cstdio>
 #include <memory>
-#include <optional>
-#include <utility>
 
 #include "client/cli/commands.h"
 #include "client/cli/exit_codes.h"
@@ -14,8 +12,7 @@
 #include "client/cli/options.h"
 #include "client/cli/prepare_job.h"
 #include "client/cli/progress_meter.h"
-#include "client/lib/client.h"
-#include "client/lib/local_farm.h"
+#include "client/cli/run_job.h"
 
 namespace relume::client {
 namespace {
@@ -24,36 +21,8 @@ struct RenderOptions {
     JobOptions job;
     OutputOptions output;
     TalkOptions talk;
-    FarmOptions farm;
-    std::string server;  // "": a local farm
+    PlaceOptions place;
 };
-
-// Seconds since the last call.
-class Lap {
-  public:
-    double operator()() {
-        const auto now = std::chrono::steady_clock::now();
-        return std::chrono::duration<double>(now - std::exchange(last_, now)).count();
-    }
-
-  private:
-    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
-
-// Says why a job that runs for this command alone was given up, and has it cancelled.
-[[noreturn]] void GiveUp(Client* client, const std::string& job, bool local) {
-    std::string outcome = "nothing was written";
-    if (!local && !job.empty()) {
-        client->Resume();
-        try {
-            client->Cancel(job);
-            outcome += "; " + job + " was cancelled";
-        } catch (const Error& error) {
-            outcome += fmt::format("; {} could not be cancelled: {}", job, error.what());
-        }
-    }
-    throw Error(ErrorCode::kCancelled, "interrupted; " + outcome);
-}
 
 void PrintResult(const RenderOptions& options, const v1::Job& job) {
     if (options.talk.json) {
@@ -74,7 +43,7 @@ void PrintResult(const RenderOptions& options, const v1::Job& job) {
 int RunRender(const RenderOptions& options, Interrupts* interrupts) {
     ProgressMeter meter(ChooseProgressStyle(options.talk.quiet, stderr), stderr);
     ReportFacts facts;
-    Lap lap;
+    const auto start = std::chrono::steady_clock::now();
     {
         const Interrupts::Guard whole(interrupts);  // leaves no probe behind
         CheckOutputs(options.output);
@@ -86,55 +55,20 @@ int RunRender(const RenderOptions& options, Interrupts* interrupts) {
     for (const auto& note : prepared.notes) {
         meter.Note("note: " + note);
     }
-    facts.check = lap();
+    facts.check = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 
-    const bool local = options.server.empty();
-    std::unique_ptr<Client> client;  // outlives the farm, whose monitor interrupts it
-    std::optional<LocalFarm> farm;
-    std::string job_name;
-    const Interrupts::Guard starting(interrupts);
-    try {
-        if (local) {
-            WithExitCode(kExitServer, [&] { farm.emplace(options.farm); });
-        }
-        facts.start = lap();
-        client = std::make_unique<Client>(local ? farm->address() : options.server);
-        if (local) {
-            farm->Monitor([&](const std::string& words) { meter.Warn("relume: " + words); },
-                          [&](const std::string&) { client->Interrupt(); });
-        }
-        const Interrupts::Guard running(interrupts, [&] { client->Interrupt(); });
-
-        client->Validate(prepared.spec);
-        client->UploadScene(prepared.scene, [&](std::uint64_t done, std::uint64_t due) {
-            meter.Upload(done, due);
-        });
-        facts.upload = lap();
-        job_name = client->Create(prepared.spec).name();
-        const v1::Job last =
-            client->Watch(job_name, [&](const v1::Job& job) { meter.Update(job); });
-        meter.Clear();
-        RequireSuccess(last);
-        const v1::Job job = client->Get(job_name);
-        facts.job = lap();
-        facts.total = facts.check + facts.start + facts.upload + facts.job;
-        SaveResult(client.get(), job, options.output, &facts);
-        for (const auto& note : job.notes()) {
-            if (std::find(facts.notes.begin(), facts.notes.end(), note) == facts.notes.end()) {
-                meter.Note("note: " + note);
+    RunJob(
+        prepared, options.place, interrupts, &meter, &facts,
+        [&](const v1::Job& job) { meter.Update(job); },
+        [&](Client* client, const v1::Job& job) {
+            SaveResult(client, job, options.output, &facts);
+            for (const auto& note : job.notes()) {
+                if (std::find(facts.notes.begin(), facts.notes.end(), note) == facts.notes.end()) {
+                    meter.Note("note: " + note);
+                }
             }
-        }
-        PrintResult(options, job);
-    } catch (const Error& error) {
-        meter.Clear();
-        if (interrupts->signal() != 0) {
-            GiveUp(client.get(), job_name, local);
-        }
-        if (farm && farm->failure()) {
-            throw CommandError(kExitServer, *farm->failure() + "; nothing was written");
-        }
-        throw;
-    }
+            PrintResult(options, job);
+        });
     return kExitDone;
 }
 
@@ -144,28 +78,11 @@ Runner AddRender(CLI::App* app) {
     const auto options = std::make_shared<RenderOptions>();
     AddJobOptions(app, &options->job);
     AddOutputOptions(app, &options->output);
-    auto* workers = app->add_option("--workers", options->farm.workers,
-                                    "worker processes of the local farm, 1 to 256 [1]")
-                        ->check(Between(1, 256))
-                        ->type_name("N");
-    auto* threads = app->add_option("--threads", options->farm.threads,
-                                    "threads of each of them, 1 to 1024 [the cores shared out]")
-                        ->check(Between(1, 1024))
-                        ->type_name("N");
-    AddServerOption(app, &options->server);
+    const auto settle = AddPlaceOptions(app, &options->place);
     AddQuietOption(app, &options->talk);
     AddJsonOption(app, &options->talk);
-    app->footer(
-        "Without --server (or RELUME_SERVER) a farm is started on this machine and ends "
-        "with the command.\n--workers and --threads ask for one, whatever RELUME_SERVER "
-        "says.");
     return [=](Interrupts* interrupts) {
-        const bool farm = workers->count() + threads->count() > 0;
-        if (farm && !options->server.empty()) {
-            ThrowInvalidArgument(
-                "--workers and --threads are for a local farm; leave them out with --server");
-        }
-        options->server = farm ? "" : FindServer(options->server);
+        settle();
         return RunRender(*options, interrupts);
     };
 }

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <png.h>
 
 #include <algorithm>
 #include <array>
@@ -11,6 +10,7 @@
 
 #include "core/base/error.h"
 #include "core/base/files.h"
+#include "core/image/encode_png.h"
 #include "core/image/srgb.h"
 
 namespace relume {
@@ -52,21 +52,6 @@ float GreyScale(std::span<const float> plane) {
     return largest > 0 ? 1 / largest : 0;
 }
 
-std::string EncodePng(int width, int height, const std::vector<std::uint8_t>& rgb) {
-    png_image png{};
-    png.version = PNG_IMAGE_VERSION;
-    png.width = static_cast<png_uint_32>(width);
-    png.height = static_cast<png_uint_32>(height);
-    png.format = PNG_FORMAT_RGB;
-    png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
-    std::string bytes(size, '\0');
-    if (png_image_write_to_memory(&png, bytes.data(), &size, 0, rgb.data(), 0, nullptr) == 0) {
-        throw Error(ErrorCode::kInternal, fmt::format("can't make a PNG: {}", png.message));
-    }
-    bytes.resize(size);
-    return bytes;
-}
-
 }  // namespace
 
 std::string EncodePngView(const Image& image, const std::string& layer, float exposure) {
@@ -76,7 +61,9 @@ std::string EncodePngView(const Image& image, const std::string& layer, float ex
     const auto planes = FindPlanes(image, layer);
     const bool grey = planes[0].data() == planes[1].data();
     const float scale = std::exp2(exposure) * (grey ? GreyScale(planes[0]) : 1.0f);
-    std::vector<std::uint8_t> rgb(image.pixel_count() * 3);
+    RgbPixels pixels{image.width(), image.height(), {}};
+    std::vector<std::uint8_t>& rgb = pixels.bytes;
+    rgb.resize(image.pixel_count() * 3);
     for (std::size_t i = 0; i < image.pixel_count(); ++i) {
         if (!std::isfinite(planes[0][i]) || !std::isfinite(planes[1][i]) ||
             !std::isfinite(planes[2][i])) {
@@ -88,7 +75,7 @@ std::string EncodePngView(const Image& image, const std::string& layer, float ex
             rgb[3 * i + c] = static_cast<std::uint8_t>(std::lround(255 * encoded));
         }
     }
-    return EncodePng(image.width(), image.height(), rgb);
+    return EncodePng(pixels);
 }
 
 void WritePngView(const std::filesystem::path& path, const Image& image, const std::string& layer,

@@ -9,6 +9,7 @@ namespace relume::jobs {
 std::unique_ptr<Planner> MakeUniform(const ParamSet& params);
 std::unique_ptr<Planner> MakeAdaptive(const ParamSet& params);
 std::unique_ptr<Planner> MakePaper(const ParamSet& params);
+std::unique_ptr<Planner> MakeProbe(const ParamSet& params);
 
 namespace {
 
@@ -35,6 +36,11 @@ constexpr struct {
      "    passes=256       most passes, 1 to 10000\n"
      "    A pixel that has seen no light yet stops for good: rarely lit regions come out too "
      "dark.\n"},
+    {"probe", MakeProbe,
+     "many samples at a few random pixels, none elsewhere: what `relume verify` uses\n"
+     "    pixels=1024      how many pixels, 1 to 1000000\n"
+     "    spp=256          samples of each; even, 2 to 1000000; less if --spp allows no more\n"
+     "    salt=0           another number, other pixels; 0 to 1000000\n"},
 };
 
 }  // namespace

@@ -1,5 +1,6 @@
 # Processes on loopback, driven from outside: a client in another language (made with protoc and
-# grpc_python_plugin from proto/), the same bits whoever renders, and what goes wrong.
+# grpc_python_plugin from proto/), the same bits whoever renders, what goes wrong, and
+# what images claim.
 function(relume_python_test name script)
     add_test(NAME ${name}
         COMMAND /usr/bin/python3 ${CMAKE_CURRENT_SOURCE_DIR}/python/${script}
@@ -11,3 +12,4 @@ endfunction()
 relume_python_test(PythonClient.SubmitsWatchesAndFetches service_test.py)
 relume_python_test(Farm.SameBitsWhoeverRenders digest_test.py)
 relume_python_test(Commands.FailWithOneClearLine errors_test.py)
+relume_python_test(Verify.TellsTrueClaimsFromForgedOnes verify_test.py)

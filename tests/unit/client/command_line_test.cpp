@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
@@ -10,6 +11,8 @@
 #include "client/cli/commands.h"
 #include "client/cli/exit_codes.h"
 #include "client/cli/table.h"
+#include "core/base/files.h"
+#include "core/image/exr.h"
 
 namespace relume::client {
 namespace {
@@ -59,6 +62,8 @@ TEST(CommandLine, RefusesInOneLineThatSaysWhereToLook) {
     ExpectRefused(
         {"render", "s.gltf", "-o", "x.exr", "--workers", "2", "--server", "localhost:7878"},
         kExitUsage, "--workers");
+    ExpectRefused({"verify", "x.exr", "s.gltf", "--spp", "63"}, kExitUsage, "even");
+    ExpectRefused({"verify", "x.exr", "s.gltf", "--pixels", "1"}, kExitUsage, "1000000");
     ExpectRefused({"jobs"}, kExitUsage, "RELUME_SERVER");
     ExpectRefused({"jobs", "--server", "localhost"}, kExitUsage, "localhost:7878");
     ExpectRefused({"help", "foo"}, kExitUsage, "exit-codes");
@@ -67,8 +72,23 @@ TEST(CommandLine, RefusesInOneLineThatSaysWhereToLook) {
 TEST(CommandLine, RefusesFilesThatAreNotThere) {
     ExpectRefused({"render", "no.gltf", "-o", "x.exr"}, kExitInput, "no.gltf");
     ExpectRefused({"info", "no.gltf"}, kExitInput, "no.gltf");
+    ExpectRefused({"verify", "no.exr", "no.gltf"}, kExitInput, "no.exr");
     ExpectRefused({"compare", "no.exr", "no.exr"}, kExitInput, "no.exr");
     ExpectRefused({"render", "no.gltf", "-o", "no/x.exr"}, kExitOutput, "no/x.exr");
+}
+
+TEST(CommandLine, InfoTakesTheWordAfterPngForTheImage) {
+    const TemporaryFolder folder;
+    const std::string image = (folder.path() / "image.exr").string();
+    WriteExr(image, Image(4, 3, {"R", "G", "B", "relmse.Y"}));
+    const Outcome outcome = RunCommand({"info", "--png", image, "--json"});
+    EXPECT_EQ(outcome.exit_code, kExitDone) << outcome.err;
+    EXPECT_NE(outcome.out.find("image.relmse.png"), std::string::npos);
+    EXPECT_TRUE(std::filesystem::exists(folder.path() / "image.relmse.png"));
+    const std::string scene = (folder.path() / "scene.gltf").string();
+    std::ofstream(scene) << "{}";
+    ExpectRefused({"info", scene, "--png"}, kExitInput, "scene.gltf: --png");
+    ExpectRefused({"info", image, "--png=" + scene}, kExitOutput, "scene.gltf/image.relmse.png");
 }
 
 TEST(CommandLine, SaysSoonThatNoServerIsThere) {

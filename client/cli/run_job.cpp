@@ -1,0 +1,118 @@
+#include "client/cli/run_job.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "client/cli/exit_codes.h"
+#include "client/cli/job_result.h"
+#include "client/cli/options.h"
+#include "core/base/error.h"
+
+namespace relume::client {
+namespace {
+
+// Seconds since the last call.
+class Lap {
+  public:
+    double operator()() {
+        const auto now = std::chrono::steady_clock::now();
+        return std::chrono::duration<double>(now - std::exchange(last_, now)).count();
+    }
+
+  private:
+    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+// Says why a job that runs for this command alone was given up, and has it cancelled.
+[[noreturn]] void GiveUp(Client* client, const std::string& job, bool local) {
+    std::string outcome = "nothing was written";
+    if (!local && !job.empty()) {
+        client->Resume();
+        try {
+            client->Cancel(job);
+            outcome += "; " + job + " was cancelled";
+        } catch (const Error& error) {
+            outcome += fmt::format("; {} could not be cancelled: {}", job, error.what());
+        }
+    }
+    throw Error(ErrorCode::kCancelled, "interrupted; " + outcome);
+}
+
+}  // namespace
+
+std::function<void()> AddPlaceOptions(CLI::App* app, PlaceOptions* options) {
+    auto* workers = app->add_option("--workers", options->farm.workers,
+                                    "worker processes of the local farm, 1 to 256 [1]")
+                        ->check(Between(1, 256))
+                        ->type_name("N");
+    auto* threads = app->add_option("--threads", options->farm.threads,
+                                    "threads of each of them, 1 to 1024 [the cores shared out]")
+                        ->check(Between(1, 1024))
+                        ->type_name("N");
+    AddServerOption(app, &options->server);
+    app->footer(
+        "Without --server (or RELUME_SERVER) a farm is started on this machine and ends "
+        "with the command.\n--workers and --threads ask for one, whatever RELUME_SERVER "
+        "says.");
+    return [=] {
+        const bool farm = workers->count() + threads->count() > 0;
+        if (farm && !options->server.empty()) {
+            ThrowInvalidArgument(
+                "--workers and --threads are for a local farm; leave them out with --server");
+        }
+        options->server = farm ? "" : FindServer(options->server);
+    };
+}
+
+void RunJob(const PreparedJob& prepared, const PlaceOptions& place, Interrupts* interrupts,
+            ProgressMeter* meter, ReportFacts* facts,
+            const std::function<void(const v1::Job&)>& show,
+            const std::function<void(Client*, const v1::Job&)>& finish) {
+    Lap lap;
+    const bool local = place.server.empty();
+    std::unique_ptr<Client> client;  // outlives the farm, whose monitor interrupts it
+    std::optional<LocalFarm> farm;
+    std::string job_name;
+    const Interrupts::Guard starting(interrupts);
+    try {
+        if (local) {
+            WithExitCode(kExitServer, [&] { farm.emplace(place.farm); });
+        }
+        facts->start = lap();
+        client = std::make_unique<Client>(local ? farm->address() : place.server);
+        if (local) {
+            farm->Monitor([&](const std::string& words) { meter->Warn("relume: " + words); },
+                          [&](const std::string&) { client->Interrupt(); });
+        }
+        const Interrupts::Guard running(interrupts, [&] { client->Interrupt(); });
+
+        client->Validate(prepared.spec);
+        client->UploadScene(prepared.scene, [&](std::uint64_t done, std::uint64_t due) {
+            meter->Upload(done, due);
+        });
+        facts->upload = lap();
+        job_name = client->Create(prepared.spec).name();
+        const v1::Job last = client->Watch(job_name, show);
+        meter->Clear();
+        RequireSuccess(last);
+        const v1::Job job = client->Get(job_name);
+        facts->job = lap();
+        facts->total = facts->check + facts->start + facts->upload + facts->job;
+        finish(client.get(), job);
+    } catch (const Error& error) {
+        meter->Clear();
+        if (interrupts->signal() != 0) {
+            GiveUp(client.get(), job_name, local);
+        }
+        if (farm && farm->failure()) {
+            throw CommandError(kExitServer, *farm->failure() + "; nothing was written");
+        }
+        throw;
+    }
+}
+
+}  // namespace relume::client

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <string>
+
+#include "client/cli/interrupts.h"
+#include "client/cli/prepare_job.h"
+#include "client/cli/progress_meter.h"
+#include "client/lib/client.h"
+#include "client/lib/local_farm.h"
+#include "client/lib/report.h"
+
+namespace relume::client {
+
+// Where a command has a job run that it waits for.
+struct PlaceOptions {
+    FarmOptions farm;
+    std::string server;  // "": the local farm
+};
+// --workers, --threads and --server. The function that comes back is to be called once they are
+// read: it settles which of the two places it is.
+std::function<void()> AddPlaceOptions(CLI::App* app, PlaceOptions* options);
+
+// Runs a job to its success, from the upload of its scene on, and calls `finish` with the client
+// that can fetch its result. `show` is called with the job as it goes on. Fills in the seconds of
+// `facts` up to there, with those that are in `facts->check` in the total. An interruption cancels
+// the job; then, and if anything fails, Error.
+void RunJob(const PreparedJob& prepared, const PlaceOptions& place, Interrupts* interrupts,
+            ProgressMeter* meter, ReportFacts* facts,
+            const std::function<void(const v1::Job&)>& show,
+            const std::function<void(Client*, const v1::Job&)>& finish);
+
+}  // namespace relume::client
