@@ -253,38 +253,16 @@ void RunOne(const Options& options, const SampleStore& store, const Truth& truth
         const auto start = std::chrono::steady_clock::now();
         const denoise::Result result = denoise::RunDenoiser(*denoiser, frame, never);
         line["filter_seconds"] = Since(start);
-        const auto planes = [](const auto& p) {
-            return std::array<const denoise::Plane*, 3>{&p[0], &p[1], &p[2]};
+        const auto put_estimate = [&](const char* name, const denoise::ErrorEstimate& e) {
+            line[name] = {{"relmse", e.relmse}, {"low", e.low}, {"high", e.high}};
         };
-        const auto estimate = [&](const char* name, const auto& error, const auto& reference) {
-            const auto e =
-                denoise::EstimateError(planes(error), planes(frame.variance), planes(reference));
-            line[name] = {e.relmse, e.margin};
-        };
-        estimate("est_noisy", frame.variance, result.color);
-        if (result.sure) {
-            estimate("est_filtered", *result.sure, result.color);
+        put_estimate("est_noisy", denoise::EstimateNoisy(frame));
+        if (const auto e = denoise::EstimateFiltered(*denoiser, frame, result, never)) {
+            put_estimate("est_filtered", *e);
         }
         Put("filtered", Compare(truth, [&](std::size_t i, int c) { return result.color[c][i]; }),
             &line);
         const auto halves = denoise::FilterHalves(*denoiser, frame, never);
-        {
-            // R = (F_a + F_b)/2
-            std::array<denoise::Plane, 3> e, r;
-            for (std::size_t c = 0; c < 3; ++c) {
-                e[c].resize(window.area());
-                r[c].resize(window.area());
-                for (std::size_t i = 0; i < window.area(); ++i) {
-                    const float fa = halves.color[0][c][i], fb = halves.color[1][c][i];
-                    const float a = frame.half[0][c][i], b = frame.half[1][c][i];
-                    const float v = 2 * frame.variance[c][i];
-                    r[c][i] = 0.5f * (fa + fb);
-                    e[c][i] = 0.5f * ((b - fa) * (b - fa) - v + (a - fb) * (a - fb) - v) -
-                              0.25f * (fa - fb) * (fa - fb);
-                }
-            }
-            estimate("est_halves", e, r);
-        }
         Put("halves",
             Compare(truth,
                     [&](std::size_t i, int c) {

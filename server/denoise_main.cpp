@@ -48,13 +48,18 @@ void Denoise(const Options& options, int* exit_code) {
             fmt::print(stderr, "{}: {}\n", options.input, note);
         }
         const auto result = relume::denoise::RunDenoiser(*denoiser, frame, {});
-        relume::Image out = relume::denoise::AssembleLayers(frame, result, options.all_layers);
+        const auto error =
+            relume::denoise::EstimateFiltered(*denoiser, frame, result, relume::CancelToken{});
+        relume::Image out = relume::denoise::AssembleLayers(
+            frame, result, error ? &*error : nullptr, options.all_layers);
         out.SetWindow(image.x0(), image.y0(), image.display_width(), image.display_height());
         if (image.Has("A")) {
             std::ranges::copy(image.Plane("A"), out.Plane("A").begin());
         }
         out.metadata() = image.metadata();
         out.metadata()["relume.filter"] = denoiser->Describe();
+        relume::denoise::WriteClaim("relume.filtered_relmse", error ? &*error : nullptr,
+                                    &out.metadata());
         *exit_code = kExitOutput;
         relume::WriteExr(options.output, out);
     } catch (const relume::Error& error) {

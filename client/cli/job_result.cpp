@@ -56,7 +56,11 @@ std::string DescribeJob(const v1::Job& job) {
         text +=
             fmt::format(", {:.2f} spp in {}", MeanSpp(job), FormatDuration(job.render_seconds()));
     }
-    if (job.relmse() > 0) {
+    if (job.has_filter() && job.filter().has_filtered()) {
+        const auto& error = job.filter().filtered();
+        text += fmt::format(", estimated RelMSE {:.3g} ({:.3g} to {:.3g})", error.relmse(),
+                            error.low(), error.high());
+    } else if (job.relmse() > 0) {
         text += fmt::format(", estimated RelMSE {:.3g} before the filter", job.relmse());
     }
     if (!job.message().empty()) {

@@ -26,7 +26,7 @@ struct JobOptions {
     std::optional<Size> size;                      // unset: by the camera's shape
     TileRect crop;                                 // empty: the full frame
     std::optional<double> spp;                     // unset: the scene's, else 32
-    std::string sampler = "paper:mode=corrected";  // the defaults that jobs.proto tells
+    std::string sampler = "adaptive";  // the defaults that jobs.proto tells
     std::string filter = "bilateral:mode=corrected";
     std::uint32_t seed = 0;
     std::optional<int> max_depth;  // unset: the scene's, else 8

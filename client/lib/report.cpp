@@ -98,13 +98,22 @@ Json WorkersJson(const v1::Job& job) {
     return workers;
 }
 
+Json ErrorJson(const v1::EstimatedError& error) {
+    return {{"relmse", error.relmse()}, {"low", error.low()}, {"high", error.high()}};
+}
+
 Json FilterJson(const v1::FilterSummary& filter) {
     Json json{{"filter", filter.filter()},
               {"seconds", filter.seconds()},
               {"mse", nullptr},
+              {"error", nullptr},
+              {"unfiltered_error", ErrorJson(filter.noisy())},
               {"notes", Json::object()}};
     if (filter.has_mse()) {
         json["mse"] = filter.mse();
+    }
+    if (filter.has_filtered()) {
+        json["error"] = ErrorJson(filter.filtered());
     }
     for (const auto& [key, value] : filter.notes()) {
         json["notes"][key] = value;

@@ -41,20 +41,15 @@ class CorrectedBilateral final : public Denoiser {
         for (Plane& plane : result.color) {
             plane.resize(pixels);
         }
-        result.sure.emplace();
-        for (Plane& plane : *result.sure) {
-            plane.resize(pixels);
-        }
+        Plane own(pixels);
         for (std::size_t i = 0; i < pixels; ++i) {
             ++chosen[choice[i]];
-            for (std::size_t c = 0; c < 3; ++c) {
-                const float filtered = bank.filtered[choice[i]][c][i];
-                const float residual = filtered - frame.color[c][i];
-                result.color[c][i] = filtered;
-                (*result.sure)[c][i] =
-                    residual * residual + frame.variance[c][i] * (2 * bank.self[choice[i]][i] - 1);
+            own[i] = bank.self[choice[i]][i];
+            for (int c = 0; c < 3; ++c) {
+                result.color[c][i] = bank.filtered[choice[i]][c][i];
             }
         }
+        result.derivative = {own, own, own};
         result.error = std::move(best);
         result.notes["features"] = bank.features.empty() ? "none" : bank.features;
         std::string& shares = result.notes["sigma_s"];

@@ -24,9 +24,9 @@ struct Result {
     Plane color[3];
     std::optional<Plane>
         error;  // estimated squared error of `color` a pixel, mean over RGB; may be negative
-    // Unbiased estimate of the squared error a pixel and channel: mostly noise in one pixel, sound
-    // in a mean over many. Unset: the method has none.
-    std::optional<std::array<Plane, 3>> sure;
+    // Derivative of a filtered pixel by its own noisy value, a channel: what SURE needs
+    // (error_estimate.h). Unset: not known.
+    std::optional<std::array<Plane, 3>> derivative;
     std::map<std::string, std::string> notes;  // what was chosen, for the report
 };
 

@@ -1,34 +1,103 @@
 #include "server/denoise/error_estimate.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/image/metrics.h"
+#include "server/denoise/halves.h"
+#include "server/denoise/yardstick.h"
 
 namespace relume::denoise {
+namespace {
 
-ErrorEstimate EstimateError(const std::array<const Plane*, 3>& squared_error,
-                            const std::array<const Plane*, 3>& noise,
-                            const std::array<const Plane*, 3>& reference) {
+using Rgb = std::array<Plane, 3>;
+
+// Standard deviation of what all pixels share, over the estimate: measured by bench/sampling.
+constexpr double kNoisyBias = 0.06, kFilteredBias = 0.15;
+
+// Variance of the mean a pixel and channel. That of the halves, where they are there: for one
+// sample that is far out it is what that adds to the squared error, so that the two cancel.
+Rgb NoiseOf(const Frame& frame) {
+    Rgb noise{frame.variance[0], frame.variance[1], frame.variance[2]};
+    for (std::size_t c = 0; c < 3 && frame.has_halves(); ++c) {
+        for (std::size_t i = 0; i < noise[c].size(); ++i) {
+            const float n = frame.count.empty() ? 2 : frame.count[i];
+            const float half = static_cast<float>(static_cast<int>(n) / 2);
+            const float delta = frame.half[0][c][i] - frame.half[1][c][i];
+            noise[c][i] = n > 1 ? delta * delta * half * (n - half) / (n * n) : noise[c][i];
+        }
+    }
+    return noise;
+}
+
+// `squared`: estimated squared errors a pixel and channel.
+ErrorEstimate Summarise(const Frame& frame, const Rgb& squared, double shared_bias) {
+    const Rgb yardstick = SquaredYardstick(frame);
     ErrorEstimate estimate;
-    estimate.map.resize(reference[0]->size());
-    double sum = 0, squares = 0;
+    estimate.map.resize(frame.pixel_count());
+    double sum = 0, spreads = 0;
     for (std::size_t i = 0; i < estimate.map.size(); ++i) {
         double error = 0, spread = 0;
         for (std::size_t c = 0; c < 3; ++c) {
-            const double r = (*reference[c])[i], scale = 1 / (3 * (r * r + kRelMSEEpsilon));
-            error += (*squared_error[c])[i] * scale;
-            spread += (*noise[c])[i] * scale;
+            const double scale = 1 / (3 * (yardstick[c][i] + kRelMSEEpsilon));
+            error += squared[c][i] * scale;
+            spread += frame.variance[c][i] * scale;
         }
         estimate.map[i] = static_cast<float>(error);
         sum += error;
-        squares += spread * spread;
+        spreads += spread * spread;
     }
-    const auto n = static_cast<double>(estimate.map.size());
-    if (n > 0) {
-        estimate.relmse = sum / n;
-        estimate.margin = 1.96 * std::sqrt(2 * squares) / n;
+    if (!estimate.map.empty()) {
+        const auto n = static_cast<double>(estimate.map.size());
+        estimate.relmse = std::max(0.0, sum / n);
+        // A pixel's estimate and its error differ by the product of its halves' errors, whose
+        // variance is the square of its own; channels go together.
+        const double noise = std::sqrt(spreads) / n, bias = shared_bias * estimate.relmse;
+        const double margin = 1.96 * std::sqrt(noise * noise + bias * bias);
+        estimate.low = std::max(0.0, estimate.relmse - margin);
+        estimate.high = estimate.relmse + margin;
     }
     return estimate;
+}
+
+}  // namespace
+
+ErrorEstimate EstimateNoisy(const Frame& frame) {
+    return Summarise(frame, NoiseOf(frame), kNoisyBias);
+}
+
+std::optional<ErrorEstimate> EstimateFiltered(const Denoiser& denoiser, const Frame& frame,
+                                              const Result& result, const CancelToken& cancel) {
+    if (!result.derivative) {
+        return frame.has_halves()
+                   ? std::optional(
+                         Summarise(frame, HalvesError(frame, FilterHalves(denoiser, frame, cancel)),
+                                   kFilteredBias))
+                   : std::nullopt;
+    }
+    Rgb squared = NoiseOf(frame);
+    for (std::size_t c = 0; c < 3; ++c) {
+        for (std::size_t i = 0; i < squared[c].size(); ++i) {
+            const float residual = result.color[c][i] - frame.color[c][i];
+            squared[c][i] =
+                residual * residual + squared[c][i] * (2 * (*result.derivative)[c][i] - 1);
+        }
+    }
+    return Summarise(frame, squared, kFilteredBias);
+}
+
+void WriteClaim(const std::string& key, const ErrorEstimate* estimate,
+                std::map<std::string, std::string>* metadata) {
+    metadata->erase(key);
+    metadata->erase(key + "_interval");
+    if (estimate != nullptr) {
+        (*metadata)[key] = fmt::format("{:.6g}", estimate->relmse);
+        (*metadata)[key + "_interval"] =
+            fmt::format("{:.6g} {:.6g}", estimate->low, estimate->high);
+    }
 }
 
 }  // namespace relume::denoise

@@ -1,7 +1,10 @@
 #pragma once
 
-#include <array>
+#include <map>
+#include <optional>
+#include <string>
 
+#include "core/base/cancel_token.h"
 #include "server/denoise/denoiser.h"
 #include "server/denoise/frame.h"
 
@@ -10,15 +13,21 @@ namespace relume::denoise {
 // RelMSE (epsilon 0.01) of an image, estimated without a reference.
 struct ErrorEstimate {
     double relmse = 0;
-    double margin = 0;  // half the width of its 95 % interval
-    Plane map;          // a pixel; unsmoothed: mostly noise, and may be negative
+    double low = 0, high = 0;  // its 95 % interval
+    Plane map;                 // a pixel; unsmoothed: mostly noise, and may be negative
 };
 
-// Squared errors a pixel and channel over `reference`^2 + 0.01; `noise` is the variance that they
-// were estimated from. `reference` is an image nearer the truth than the noisy one: a pixel that is
-// bright or dark by chance must not be its own yardstick.
-ErrorEstimate EstimateError(const std::array<const Plane*, 3>& squared_error,
-                            const std::array<const Plane*, 3>& noise,
-                            const std::array<const Plane*, 3>& reference);
+// Of the unfiltered image, from its variance.
+ErrorEstimate EstimateNoisy(const Frame& frame);
+
+// Of the filtered one: by SURE where the method knows its derivative (Stein 1981; methods 1.5),
+// else by its halves (methods 2.8, step 3), which tell the error of their mean. Nothing if the
+// frame has no halves either.
+std::optional<ErrorEstimate> EstimateFiltered(const Denoiser& denoiser, const Frame& frame,
+                                              const Result& result, const CancelToken& cancel);
+
+// Writes metadata `key` and `key`_interval, "low high"; without an estimate both are erased.
+void WriteClaim(const std::string& key, const ErrorEstimate* estimate,
+                std::map<std::string, std::string>* metadata);
 
 }  // namespace relume::denoise

@@ -69,4 +69,19 @@ Plane Disagreement(const FilteredHalves& halves) {
     return out;
 }
 
+std::array<Plane, 3> HalvesError(const Frame& frame, const FilteredHalves& halves) {
+    std::array<Plane, 3> error;
+    for (std::size_t c = 0; c < 3; ++c) {
+        error[c].resize(frame.pixel_count());
+        for (std::size_t i = 0; i < error[c].size(); ++i) {
+            const float fa = halves.color[0][c][i], fb = halves.color[1][c][i];
+            const float to_b = frame.half[1][c][i] - fa, to_a = frame.half[0][c][i] - fb;
+            // A half has twice the variance of the whole.
+            error[c][i] = 0.5f * (to_b * to_b + to_a * to_a) - 2 * frame.variance[c][i] -
+                          0.25f * (fa - fb) * (fa - fb);
+        }
+    }
+    return error;
+}
+
 }  // namespace relume::denoise

@@ -24,4 +24,9 @@ FilteredHalves FilterHalves(const Denoiser& denoiser, const Frame& frame,
 // mean. Row-major.
 Plane Disagreement(const FilteredHalves& halves);
 
+// Unbiased estimate of the squared error of (F_a + F_b) / 2 a pixel and channel (methods 2.8, step
+// 3; Bitterli et al. 2016): ((B - F_a)^2 - v_b + (A - F_b)^2 - v_a) / 2 - (F_a - F_b)^2 / 4. Mostly
+// noise in one pixel.
+std::array<Plane, 3> HalvesError(const Frame& frame, const FilteredHalves& halves);
+
 }  // namespace relume::denoise

@@ -15,7 +15,8 @@ class None final : public Denoiser {
         for (int c = 0; c < 3; ++c) {
             result.color[c] = frame.color[c];
         }
-        result.sure = {frame.variance[0], frame.variance[1], frame.variance[2]};
+        const Plane one(frame.pixel_count(), 1.0f);
+        result.derivative = {one, one, one};
         result.error = AverageOfThree(frame.variance);
         return result;
     }

@@ -3,10 +3,12 @@
 #include <algorithm>
 
 #include "core/base/check.h"
-#include "core/image/metrics.h"
+#include "server/denoise/planes.h"
 
 namespace relume::denoise {
 namespace {
+
+constexpr float kErrorBlur = 4;  // pixels
 
 void AddPlane(const std::string& channel, const Plane& plane, Image* image) {
     RELUME_CHECK_EQ(plane.size(), image->pixel_count());
@@ -17,19 +19,6 @@ void AddRgb(const std::string& prefix, const Plane (&planes)[3], Image* image) {
     for (int c = 0; c < 3; ++c) {
         AddPlane(prefix + "RGB"[c], planes[c], image);
     }
-}
-
-Plane NoisyRelMSE(const Frame& frame) {
-    Plane relmse(frame.pixel_count());
-    for (std::size_t i = 0; i < relmse.size(); ++i) {
-        double sum = 0;
-        for (int c = 0; c < 3; ++c) {
-            const double value = frame.color[c][i];
-            sum += frame.variance[c][i] / (value * value + kRelMSEEpsilon);
-        }
-        relmse[i] = static_cast<float>(sum / 3);
-    }
-    return relmse;
 }
 
 // From a sample's variance to that of the mean; one sample where the count is not known.
@@ -48,7 +37,8 @@ std::string FeatureNameWith(int feature, const std::string& suffix) {
     return name.insert(std::min(name.find('.'), name.size()), suffix);
 }
 
-Image AssembleLayers(const Frame& frame, const Result& result, bool all_layers) {
+Image AssembleLayers(const Frame& frame, const Result& result, const ErrorEstimate* error,
+                     bool all_layers) {
     Image image(frame.width, frame.height);
     AddRgb("", result.color, &image);
     std::ranges::fill(image.Plane(image.Add("A")), 1.0f);
@@ -62,7 +52,13 @@ Image AssembleLayers(const Frame& frame, const Result& result, bool all_layers) 
     if (!frame.count.empty()) {
         AddPlane("samples.Y", frame.count, &image);
     }
-    AddPlane("relmse.Y", NoisyRelMSE(frame), &image);
+    if (error != nullptr) {
+        Plane map = BlurGaussian(error->map, frame.width, frame.height, kErrorBlur);
+        for (float& value : map) {
+            value = std::max(value, 0.0f);
+        }
+        AddPlane("relmse.Y", map, &image);
+    }
     if (!all_layers) {
         return image;
     }
@@ -78,8 +74,9 @@ Image AssembleLayers(const Frame& frame, const Result& result, bool all_layers) 
     return image;
 }
 
-Image AssembleOutput(const Film& film, const Frame& frame, const Result& result, bool all_layers) {
-    Image image = AssembleLayers(frame, result, all_layers);
+Image AssembleOutput(const Film& film, const Frame& frame, const Result& result,
+                     const ErrorEstimate* error, bool all_layers) {
+    Image image = AssembleLayers(frame, result, error, all_layers);
     const TileRect& window = film.window();
     image.SetWindow(window.x0, window.y0, film.display_width(), film.display_height());
     return image;

@@ -60,9 +60,9 @@ Result RunDenoiser(const Denoiser& denoiser, const Frame& frame, const CancelTok
                 result.color[c][i] = frame.color[c][i];
             }
         }
-        for (std::size_t c = 0; c < 3 && result.sure; ++c) {
-            float& error = (*result.sure)[c][i];
-            error = finite && std::isfinite(error) ? error : frame.variance[c][i];
+        for (std::size_t c = 0; c < 3 && result.derivative; ++c) {
+            float& derivative = (*result.derivative)[c][i];
+            derivative = finite && std::isfinite(derivative) ? derivative : 1.0f;
         }
         if (result.error && !(finite && std::isfinite((*result.error)[i]))) {
             (*result.error)[i] =

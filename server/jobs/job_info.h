@@ -33,11 +33,18 @@ struct WorkerShare {
     double busy_seconds = 0;  // thread time
 };
 
+// RelMSE (epsilon 0.01) estimated without a reference, and its 95 % interval.
+struct EstimatedError {
+    double relmse = 0, low = 0, high = 0;
+};
+
 // What the filter stage made of the film.
 struct Outcome {
     std::string filter;  // with all parameters
     double seconds = 0;
     std::optional<double> mse;  // estimated for the filtered image
+    EstimatedError noisy;       // of the unfiltered image
+    std::optional<EstimatedError> filtered;
     std::map<std::string, std::string> notes;
     std::string image_sha256;
     std::uint64_t result_size = 0;  // bytes of the file

@@ -23,10 +23,12 @@ constexpr struct {
      "the same number of samples everywhere\n"
      "    pilot=4          samples a pixel in the first pass; even, 2 to 4096\n"},
     {"adaptive", MakeAdaptive,
-     "more samples where the image is noisier for its brightness, down to what a pixel's "
-     "surroundings "
-     "make likely\n"
-     "    pilot=8          samples a pixel in the first pass; even, 4 to 4096\n"},
+     "more samples where they change the image most; passes that double (methods of Kirk, Arvo "
+     "1991, Neyman 1934)\n"
+     "    pilot=4          samples a pixel in the first pass; even, 4 to 4096\n"
+     "    by=filter        filter: where the filter makes different images of the two halves, if "
+     "the image is\n"
+     "                     filtered; noise: where the samples are noisy, whatever follows\n"},
     {"paper", MakePaper,
      "adaptive: pixels whose value still changes go on; Xing, Chen, Li 2020\n"
      "    mode=corrected   corrected: what we think was meant; printed: the paper's equations to "

@@ -4,13 +4,13 @@
 #include <google/protobuf/util/json_util.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/base/clock.h"
 #include "core/image/exr.h"
 #include "proto/codec/codec.h"
 #include "proto/codec/protocol.h"
 #include "server/denoise/denoiser.h"
+#include "server/denoise/error_estimate.h"
 #include "server/denoise/frame.h"
 #include "server/denoise/output_image.h"
 
@@ -37,6 +37,10 @@ std::optional<double> MeanError(const denoise::Result& result) {
     return sum / static_cast<double>(result.error->size());
 }
 
+jobs::EstimatedError Interval(const denoise::ErrorEstimate& estimate) {
+    return {estimate.relmse, estimate.low, estimate.high};
+}
+
 void AddDecisions(const jobs::JobQueue::FilterWork& work, Image* image) {
     if (!work.selector.empty()) {
         std::ranges::copy(work.selector, image->Plane(image->Add("selector.Y")).begin());
@@ -48,18 +52,6 @@ void AddDecisions(const jobs::JobQueue::FilterWork& work, Image* image) {
 }
 
 }  // namespace
-
-ErrorEstimate EstimateError(const Film& film) {
-    double sum = 0, squares = 0;
-    for (std::size_t i = 0; i < film.pixel_count(); ++i) {
-        const double error = film.EstimateRelMSE(i);
-        sum += error;
-        squares += error * error;
-    }
-    const auto n = static_cast<double>(film.pixel_count());
-    const double mean = sum / n;
-    return {mean, n > 1 ? 1.96 * std::sqrt(std::max(0.0, squares / n - mean * mean) / (n - 1)) : 0};
-}
 
 FinishedImage FinishImage(const jobs::JobQueue::FilterWork& work, const CheckedSpec& spec,
                           const std::string& numeric_class, const CancelToken& cancel) {
@@ -75,11 +67,13 @@ FinishedImage FinishImage(const jobs::JobQueue::FilterWork& work, const CheckedS
     finished.outcome.notes = result.notes;
     finished.outcome.mse = MeanError(result);
 
-    Image image = denoise::AssembleOutput(film, frame, result, spec.message.all_layers());
+    const denoise::ErrorEstimate noisy = denoise::EstimateNoisy(frame);
+    const auto filtered = denoise::EstimateFiltered(*denoiser, frame, result, cancel);
+    Image image = denoise::AssembleOutput(film, frame, result, filtered ? &*filtered : nullptr,
+                                          spec.message.all_layers());
     if (spec.message.all_layers()) {
         AddDecisions(work, &image);
     }
-    const ErrorEstimate error = EstimateError(film);
     auto& metadata = image.metadata();
     metadata["relume.version"] = kBuild;
     metadata["relume.numeric_class"] = numeric_class;
@@ -91,9 +85,12 @@ FinishedImage FinishImage(const jobs::JobQueue::FilterWork& work, const CheckedS
     metadata["relume.filter"] = finished.outcome.filter;
     metadata["relume.spp"] =
         fmt::format("{:.6g}", film.TotalSamples() / static_cast<double>(film.pixel_count()));
-    metadata["relume.relmse"] = fmt::format("{:.6g}", error.relmse);
-    metadata["relume.relmse_interval"] = fmt::format(
-        "{:.6g} {:.6g}", std::max(0.0, error.relmse - error.margin), error.relmse + error.margin);
+    denoise::WriteClaim("relume.relmse", &noisy, &metadata);
+    denoise::WriteClaim("relume.filtered_relmse", filtered ? &*filtered : nullptr, &metadata);
+    finished.outcome.noisy = Interval(noisy);
+    if (filtered) {
+        finished.outcome.filtered = Interval(*filtered);
+    }
     finished.outcome.image_sha256 = ImageDigest(image);
     finished.exr = EncodeExr(image);
     finished.outcome.result_size = finished.exr.size();

@@ -25,10 +25,4 @@ struct FinishedImage {
 FinishedImage FinishImage(const jobs::JobQueue::FilterWork& work, const CheckedSpec& spec,
                           const std::string& numeric_class, const CancelToken& cancel);
 
-// The film's EstimateRelMSE and half the width of its 95 % interval, pixels taken for independent.
-struct ErrorEstimate {
-    double relmse = 0, margin = 0;
-};
-ErrorEstimate EstimateError(const Film& film);
-
 }  // namespace relume::server

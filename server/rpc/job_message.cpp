@@ -32,6 +32,15 @@ void OutcomeToProto(const jobs::Outcome& outcome, v1::Job* job) {
     v1::FilterSummary* filter = job->mutable_filter();
     filter->set_filter(outcome.filter);
     filter->set_seconds(outcome.seconds);
+    const auto put = [](const jobs::EstimatedError& error, v1::EstimatedError* to) {
+        to->set_relmse(error.relmse);
+        to->set_low(error.low);
+        to->set_high(error.high);
+    };
+    put(outcome.noisy, filter->mutable_noisy());
+    if (outcome.filtered) {
+        put(*outcome.filtered, filter->mutable_filtered());
+    }
     if (outcome.mse) {
         filter->set_mse(*outcome.mse);
     }

@@ -9,6 +9,7 @@
 #include "core/base/error.h"
 #include "proto/codec/codec.h"
 #include "server/denoise/denoiser.h"
+#include "server/rpc/filter_loop.h"
 
 namespace relume::server {
 namespace {
@@ -103,6 +104,7 @@ jobs::JobSetup CheckedSpec::Setup() const {
     setup.tile_size = tile_size;
     setup.budget = budget;
     setup.planner = jobs::MakePlanner(sampler);
+    setup.guide = MakeGuide(filter);
     return setup;
 }
 

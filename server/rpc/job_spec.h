@@ -10,7 +10,7 @@
 
 namespace relume::server {
 
-inline constexpr const char* kDefaultSampler = "paper:mode=corrected";
+inline constexpr const char* kDefaultSampler = "adaptive";
 inline constexpr const char* kDefaultFilter = "bilateral:mode=corrected";
 
 // A JobSpec that can be rendered.

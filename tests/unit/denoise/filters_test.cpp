@@ -163,7 +163,7 @@ TEST(Filters, NothingInNothingOut) {
     for (const char* name : {"none", "bilateral"}) {
         const Result result = RunDenoiser(*MakeDenoiser(name), frame, CancelToken{});
         EXPECT_TRUE(result.color[0].empty());
-        EXPECT_EQ(AssembleLayers(frame, result, true).pixel_count(), 0u);
+        EXPECT_EQ(AssembleLayers(frame, result, nullptr, true).pixel_count(), 0u);
     }
 }
 
@@ -192,7 +192,7 @@ TEST(CorrectedBilateral, ComesWithinFivePercentOfSbf) {
     const Image reference = ReadExr(folder / "reference.exr");
     const Frame frame = FrameFromImage(buffers, nullptr);
     const Result result = RunDenoiser(*MakeDenoiser("bilateral"), frame, CancelToken{});
-    const Image image = AssembleLayers(frame, result, false);
+    const Image image = AssembleLayers(frame, result, nullptr, false);
     const double sbf = CompareImages(reference, ReadExr(folder / "sbf.exr"), "", "", false).mrse;
     EXPECT_LT(CompareImages(reference, image, "", "", false).mrse, 1.05 * sbf);
 }

@@ -21,8 +21,9 @@ class DenoiseProgram : public testing::Test {
     DenoiseProgram() {
         const Film film = MakeFilm({2, 1, 62, 41}, 70, 50, Truth{60, 40}, 8, 1);
         const Frame frame = FrameFromFilm(film);
-        image_ = AssembleOutput(film, frame,
-                                RunDenoiser(*MakeDenoiser("none"), frame, CancelToken{}), true);
+        const Result result = RunDenoiser(*MakeDenoiser("none"), frame, CancelToken{});
+        const ErrorEstimate error = EstimateNoisy(frame);
+        image_ = AssembleOutput(film, frame, result, &error, true);
         image_.metadata()["relume.seed"] = "5";
         WriteExr(input_, image_);
     }
