@@ -1,0 +1,174 @@
+#include "server/jobs/budgeted_planner.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include "core/base/error.h"
+#include "server/jobs/spread.h"
+
+namespace relume::jobs {
+namespace {
+
+constexpr std::uint32_t kProbe = 2;  // samples a pixel, by which the speed is measured
+
+std::uint64_t Sum(std::span<const std::uint32_t> counts) {
+    return std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
+}
+
+// To at most `samples`, in pairs.
+void ScaleDownPairs(std::uint64_t samples, std::vector<std::uint32_t>* counts) {
+    for (auto& count : *counts) {
+        count /= 2;
+    }
+    ScaleDown(samples / 2, counts);
+    for (auto& count : *counts) {
+        count *= 2;
+    }
+}
+
+}  // namespace
+
+BudgetedPlanner::BudgetedPlanner(std::unique_ptr<Planner> planner, const Budgets& budgets,
+                                 Estimators estimators)
+    : planner_(std::move(planner)), budgets_(budgets), estimators_(std::move(estimators)) {}
+
+BudgetedPlanner::Pass BudgetedPlanner::NextPass(const Input& input) {
+    Pass pass;
+    BudgetState state;
+    state.pixels = input.film.pixel_count();
+    state.planned = Sum(input.planned);
+    state.done = input.done;
+    state.samples_per_second = input.samples_per_second;
+    state.seconds = input.seconds;
+    state.filtered = static_cast<bool>(estimators_.error);
+    if (state.planned > 0) {
+        pass.relmse = input.film.EstimateRelMSE();
+        if (!finish_seconds_ && budgets_.seconds && estimators_.finish_seconds) {
+            finish_seconds_ = estimators_.finish_seconds(input.film);
+        }
+        state.finish_seconds = pass.finish_seconds = finish_seconds_.value_or(0);
+        // What needs no estimate of the error first: that may cost a filter's run.
+        for (const auto& allowed :
+             {AllowedBySamples(budgets_, state), AllowedByTime(budgets_, state)}) {
+            if (allowed.stop) {
+                pass.stop = allowed.stop;
+                return pass;
+            }
+        }
+        const auto samples =
+            static_cast<std::uint64_t>(input.film.TotalSamples() + input.film.TotalBadSamples());
+        const double error = estimators_.error ? estimators_.error(input.film) : pass.relmse;
+        if (errors_.empty() || samples > errors_.back().samples) {
+            errors_.push_back({samples, error});
+        }
+        pass.error = errors_.back();
+    }
+    state.errors = errors_;
+
+    Allowance allowed = NextAllowance(budgets_, state);
+    if (allowed.stop) {
+        pass.stop = allowed.stop;
+        return pass;
+    }
+    if (allowed.samples == 0) {
+        pass.wait = true;
+        return pass;
+    }
+    pass.plan = WithinAllowance(input, allowed.samples, state.planned);
+    if (pass.plan.counts.empty()) {
+        const bool spent = pass.plan.reason == kBudgetSpent;
+        pass.stop = Stop{spent ? StopReason::kSamples : StopReason::kSampler, pass.plan.reason};
+        return pass;
+    }
+    if (!CapPixels(input, &pass.plan)) {
+        pass.plan.counts.clear();
+        pass.stop = CapStop(budgets_);
+        return pass;
+    }
+    if (!errors_.empty()) {
+        pass.expected_error =
+            ExpectedError(errors_, FitExponent(errors_, state.filtered),
+                          static_cast<double>(state.planned + Sum(pass.plan.counts)));
+    }
+    return pass;
+}
+
+Plan BudgetedPlanner::WithinAllowance(const Input& input, std::uint64_t allowed,
+                                      std::uint64_t planned) {
+    if (!rest_.empty()) {
+        Plan plan;
+        plan.counts = std::exchange(rest_, {});
+        if (Sum(plan.counts) > allowed) {
+            ScaleDownPairs(allowed, &plan.counts);
+        }
+        if (Sum(plan.counts) > 0) {
+            return plan;
+        }
+    }
+    const bool probe = planned == 0 && budgets_.seconds;
+    if (probe) {
+        // The whole first pass, as if there were no limit.
+        allowed =
+            budgets_.samples.value_or(std::uint64_t{kMaxPixelSamples} * input.film.pixel_count());
+    }
+    Plan plan = planner_->NextPass(
+        {input.film, allowed, input.planned, input.guide, budgets_.target, PixelCap(budgets_)});
+    if (plan.counts.empty()) {
+        return plan;
+    }
+    if (const std::uint64_t sum = Sum(plan.counts); sum == 0 || sum > allowed) {
+        throw Error(ErrorCode::kInternal,
+                    fmt::format("sampler planned {} samples with {} left", sum, allowed));
+    }
+    if (planned == 0) {
+        RaiseToMinimum(allowed, &plan.counts);
+    }
+    if (probe) {
+        rest_.resize(plan.counts.size());
+        for (std::size_t i = 0; i < rest_.size(); ++i) {
+            const std::uint32_t first = std::min(plan.counts[i], kProbe);
+            rest_[i] = plan.counts[i] - first;
+            plan.counts[i] = first;
+        }
+        if (Sum(rest_) == 0) {
+            rest_.clear();
+        }
+    }
+    return plan;
+}
+
+void BudgetedPlanner::RaiseToMinimum(std::uint64_t allowed,
+                                     std::vector<std::uint32_t>* counts) const {
+    // Even, so that the halves stay equal, unless that is more than a pixel may have.
+    const std::uint32_t least =
+        std::min(budgets_.min_spp + budgets_.min_spp % 2, PixelCap(budgets_));
+    std::vector<std::uint32_t> raised(*counts);
+    for (auto& count : raised) {
+        count = std::max(count, least);
+    }
+    if (Sum(raised) <= allowed) {
+        *counts = std::move(raised);
+    }
+}
+
+bool BudgetedPlanner::CapPixels(const Input& input, Plan* plan) const {
+    const std::uint32_t cap = PixelCap(budgets_);
+    bool any = false;
+    for (std::size_t i = 0; i < plan->counts.size(); ++i) {
+        const std::uint32_t room = cap - std::min(cap, input.planned[i]);
+        if (plan->counts[i] > room) {
+            plan->counts[i] = room;
+            if (!plan->decisions.empty()) {
+                plan->decisions[i] = Decision::kCapped;
+            }
+        }
+        any = any || plan->counts[i] > 0;
+    }
+    // What is held back of the first pass meets the cap when its turn comes.
+    return any;
+}
+
+}  // namespace relume::jobs

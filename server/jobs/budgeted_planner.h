@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/film/film.h"
+#include "server/jobs/budget.h"
+#include "server/jobs/error_curve.h"
+#include "server/jobs/planner.h"
+
+namespace relume::jobs {
+
+// What a job's image is told from. Thread-safe functions of the film.
+struct Estimators {
+    // Estimated RelMSE of the image that the film will become; unset: it is not filtered, and the
+    // film tells.
+    std::function<double(const Film&)> error;
+    // Seconds that the film will need to become a result. Unset: none.
+    std::function<double(const Film&)> finish_seconds;
+};
+
+// A planner's passes within budgets: each is cut to what samples, target and time allow and to what
+// a pixel may have; ends when one of them, or the planner, says so. Serves one job; not
+// thread-safe.
+class BudgetedPlanner {
+  public:
+    BudgetedPlanner(std::unique_ptr<Planner> planner, const Budgets& budgets,
+                    Estimators estimators);
+
+    struct Input {
+        const Film& film;  // the samples that may be looked at
+        // Samples of each pixel that are planned so far, in the film or still to come.
+        std::span<const std::uint32_t> planned;
+        const Guide* guide = nullptr;
+        std::uint64_t done = 0;         // samples rendered
+        double samples_per_second = 0;  // 0: not known
+        double seconds = 0;             // since the job was made
+    };
+    struct Pass {
+        Plan plan;  // without counts: no more passes, or `wait`
+        std::optional<Stop> stop;
+        bool wait = false;  // what is planned will probably do: ask again when all of it is there
+        double relmse = 0;  // estimated, of the unfiltered film
+        std::optional<ErrorPoint> error;  // estimated, of the image that the film would become
+        double finish_seconds = 0;
+        std::optional<double> expected_error;  // after this pass
+    };
+    // The first pass shows no film: it is the planner's first, at least min_spp a pixel. With a
+    // time limit it comes in two: a pair a pixel, by which the speed is measured, and the rest as
+    // far as it fits.
+    Pass NextPass(const Input& input);
+
+  private:
+    Plan WithinAllowance(const Input& input, std::uint64_t allowed, std::uint64_t planned);
+    void RaiseToMinimum(std::uint64_t allowed, std::vector<std::uint32_t>* counts) const;
+    // False if nothing is left.
+    bool CapPixels(const Input& input, Plan* plan) const;
+
+    std::unique_ptr<Planner> planner_;
+    Budgets budgets_;
+    Estimators estimators_;
+    std::vector<ErrorPoint> errors_;
+    std::optional<double> finish_seconds_;
+    std::vector<std::uint32_t> rest_;  // of the first pass
+};
+
+}  // namespace relume::jobs
