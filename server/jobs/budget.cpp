@@ -62,11 +62,8 @@ Allowance AllowedByTime(const Budgets& budgets, const BudgetState& state) {
     if (!budgets.seconds) {
         return {kAny, {}};
     }
-    if (state.planned == 0) {
+    if (state.planned == 0 || state.samples_per_second <= 0) {
         return {kProbeSpp * state.pixels, {}};
-    }
-    if (state.samples_per_second <= 0) {
-        return {state.done < state.planned ? 0 : kProbeSpp * state.pixels, {}};
     }
     const double margin = std::clamp(kMarginShare * *budgets.seconds, kMinMargin, kMaxMargin);
     const auto planned = static_cast<double>(state.planned);
@@ -98,11 +95,8 @@ Allowance AllowedByTarget(const Budgets& budgets, const BudgetState& state) {
                  Root(now.error / (kFloor * target), {p.sixteenths + kSteeper}, 3));
     const auto needed =
         static_cast<std::uint64_t>(std::ceil(factor * static_cast<double>(now.samples)));
-    if (needed <= state.planned) {
-        const bool outstanding = state.done < state.planned;
-        return {outstanding ? 0 : std::max(kPair, state.planned / 16), {}};
-    }
-    return {std::max(kPair, std::min(needed - state.planned, state.planned)), {}};
+    const std::uint64_t more = needed - std::min(needed, state.planned);
+    return {std::max(kPair, std::min(more, state.planned)), {}};
 }
 
 Allowance NextAllowance(const Budgets& budgets, const BudgetState& state) {

@@ -44,12 +44,11 @@ struct BudgetState {
     double samples_per_second = 0;       // of the whole farm; 0: not measured yet
     double seconds = 0;                  // since the job was made
     double finish_seconds = 0;           // predicted, from the last sample to the result
-    std::span<const ErrorPoint> errors;  // estimated so far; the last one is the newest
+    std::span<const ErrorPoint> errors;  // estimated; the last one is of all that is planned
     bool filtered = false;
 };
 
-// The next pass may hold so many samples; 0 and no stop: what is planned will probably do, decide
-// again when it is rendered.
+// The next pass may hold so many samples, above 0 unless it is a stop.
 struct Allowance {
     std::uint64_t samples = 0;
     std::optional<Stop> stop;

@@ -35,21 +35,50 @@ BudgetedPlanner::BudgetedPlanner(std::unique_ptr<Planner> planner, const Budgets
                                  Estimators estimators)
     : planner_(std::move(planner)), budgets_(budgets), estimators_(std::move(estimators)) {}
 
+// The film may lack some of what is planned. Of a pixel that has n of m samples the variance will
+// fall to n/m; of a filtered image the error as a whole falls as such pixels' errors would.
+double BudgetedPlanner::ErrorWhenAllIsIn(const Input& input) const {
+    const Film& film = input.film;
+    const auto share = [&](std::size_t i) {
+        const double has = std::max(1u, film.NextIndex(i));
+        return has / std::max<double>(has, input.planned[i]);
+    };
+    const auto pixels = static_cast<double>(film.pixel_count());
+    double sum = 0;
+    if (!estimators_.error) {
+        for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+            sum += film.EstimateRelMSE(i) * share(i);
+        }
+        return sum / pixels;
+    }
+    const Exponent p = FitExponent(errors_, true);
+    for (std::size_t i = 0; i < film.pixel_count(); ++i) {
+        sum += 1 / Power(share(i), p);
+    }
+    return estimators_.error(film) * pixels / sum;
+}
+
 BudgetedPlanner::Pass BudgetedPlanner::NextPass(const Input& input) {
     Pass pass;
     BudgetState state;
     state.pixels = input.film.pixel_count();
     state.planned = Sum(input.planned);
-    state.done = input.done;
     state.samples_per_second = input.samples_per_second;
-    state.seconds = input.seconds;
     state.filtered = static_cast<bool>(estimators_.error);
+    const double start = input.seconds();
+    // Workers go on while this is done.
+    const auto catch_up = [&] {
+        state.seconds = input.seconds();
+        state.done = std::min(state.planned,
+                              input.done + static_cast<std::uint64_t>(input.samples_per_second *
+                                                                      (state.seconds - start)));
+    };
     if (state.planned > 0) {
-        pass.relmse = input.film.EstimateRelMSE();
         if (!finish_seconds_ && budgets_.seconds && estimators_.finish_seconds) {
             finish_seconds_ = estimators_.finish_seconds(input.film);
         }
         state.finish_seconds = pass.finish_seconds = finish_seconds_.value_or(0);
+        catch_up();
         // What needs no estimate of the error first: that may cost a filter's run.
         for (const auto& allowed :
              {AllowedBySamples(budgets_, state), AllowedByTime(budgets_, state)}) {
@@ -58,23 +87,18 @@ BudgetedPlanner::Pass BudgetedPlanner::NextPass(const Input& input) {
                 return pass;
             }
         }
-        const auto samples =
-            static_cast<std::uint64_t>(input.film.TotalSamples() + input.film.TotalBadSamples());
-        const double error = estimators_.error ? estimators_.error(input.film) : pass.relmse;
-        if (errors_.empty() || samples > errors_.back().samples) {
-            errors_.push_back({samples, error});
+        // A part of the first pass is too little to be judged.
+        if (rest_.empty()) {
+            errors_.push_back({state.planned, ErrorWhenAllIsIn(input)});
+            pass.error = errors_.back();
         }
-        pass.error = errors_.back();
     }
     state.errors = errors_;
+    catch_up();
 
-    Allowance allowed = NextAllowance(budgets_, state);
+    const Allowance allowed = NextAllowance(budgets_, state);
     if (allowed.stop) {
         pass.stop = allowed.stop;
-        return pass;
-    }
-    if (allowed.samples == 0) {
-        pass.wait = true;
         return pass;
     }
     pass.plan = WithinAllowance(input, allowed.samples, state.planned);

@@ -37,16 +37,15 @@ class BudgetedPlanner {
         // Samples of each pixel that are planned so far, in the film or still to come.
         std::span<const std::uint32_t> planned;
         const Guide* guide = nullptr;
-        std::uint64_t done = 0;         // samples rendered
-        double samples_per_second = 0;  // 0: not known
-        double seconds = 0;             // since the job was made
+        std::uint64_t done = 0;           // samples rendered
+        double samples_per_second = 0;    // 0: not known
+        std::function<double()> seconds;  // since the job was made, as of now
     };
     struct Pass {
-        Plan plan;  // without counts: no more passes, or `wait`
+        Plan plan;  // without counts: no more passes
         std::optional<Stop> stop;
-        bool wait = false;  // what is planned will probably do: ask again when all of it is there
-        double relmse = 0;  // estimated, of the unfiltered film
-        std::optional<ErrorPoint> error;  // estimated, of the image that the film would become
+        // Estimated, of the image that all planned samples would make.
+        std::optional<ErrorPoint> error;
         double finish_seconds = 0;
         std::optional<double> expected_error;  // after this pass
     };
@@ -56,6 +55,7 @@ class BudgetedPlanner {
     Pass NextPass(const Input& input);
 
   private:
+    double ErrorWhenAllIsIn(const Input& input) const;
     Plan WithinAllowance(const Input& input, std::uint64_t allowed, std::uint64_t planned);
     void RaiseToMinimum(std::uint64_t allowed, std::vector<std::uint32_t>* counts) const;
     // False if nothing is left.
