@@ -36,9 +36,33 @@ class Lap {
         return std::chrono::duration<double>(now - std::exchange(last_, now)).count();
     }
 
+    // Since the first.
+    double Seconds() const {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - first_).count();
+    }
+
   private:
-    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+    const std::chrono::steady_clock::time_point first_ = std::chrono::steady_clock::now();
+    std::chrono::steady_clock::time_point last_ = first_;
 };
+
+// Seconds from the job's end to the files: fetching, checking, writing, making the view.
+double SaveSeconds(const v1::JobSpec& spec, bool png) {
+    constexpr double kAlways = 0.1, kFetchMegapixel = 0.15, kViewMegapixel = 0.5;
+    const double megapixels = 1e-6 * PixelsOf(spec);
+    return kAlways + megapixels * (kFetchMegapixel + (png ? kViewMegapixel : 0));
+}
+
+// The limit of the command becomes one of the job, which is made when `elapsed` seconds are over.
+v1::JobSpec WithTimeLeft(v1::JobSpec spec, const RenderOptions& options, double elapsed) {
+    constexpr double kLeast = 1e-3;  // too late: the job says so
+    if (spec.has_time_limit()) {
+        spec.set_time_limit(
+            std::max(kLeast, spec.time_limit() - elapsed -
+                                 SaveSeconds(spec, !options.output.png.empty())));
+    }
+    return spec;
+}
 
 // Says why a job that runs for this command alone was given up, and has it cancelled.
 [[noreturn]] void GiveUp(Client* client, const std::string& job, bool local) {
@@ -83,6 +107,7 @@ int RunRender(const RenderOptions& options, Interrupts* interrupts) {
     const PreparedJob prepared = PrepareJob(options.job);
     facts.scene = prepared.scene.manifest;
     facts.notes = prepared.notes;
+    facts.time_limit = options.job.budgets.time_limit;
     for (const auto& note : prepared.notes) {
         meter.Note("note: " + note);
     }
@@ -110,7 +135,7 @@ int RunRender(const RenderOptions& options, Interrupts* interrupts) {
             meter.Upload(done, due);
         });
         facts.upload = lap();
-        job_name = client->Create(prepared.spec).name();
+        job_name = client->Create(WithTimeLeft(prepared.spec, options, lap.Seconds())).name();
         const v1::Job last =
             client->Watch(job_name, [&](const v1::Job& job) { meter.Update(job); });
         meter.Clear();

@@ -1,6 +1,7 @@
 #include "server/jobs/budget.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -40,6 +41,26 @@ Stop TimeStop(const Budgets& budgets, const BudgetState& state) {
 }
 
 }  // namespace
+
+std::string Describe(const Budgets& budgets) {
+    std::vector<std::string> parts;
+    if (budgets.samples) {
+        parts.push_back(fmt::format("{} samples", *budgets.samples));
+    }
+    if (budgets.min_spp > 0) {
+        parts.push_back(fmt::format("at least {} a pixel", budgets.min_spp));
+    }
+    if (budgets.max_spp) {
+        parts.push_back(fmt::format("at most {} a pixel", *budgets.max_spp));
+    }
+    if (budgets.target) {
+        parts.push_back(fmt::format("target {}", *budgets.target));
+    }
+    if (budgets.seconds) {
+        parts.push_back(fmt::format("{:.3g} s", *budgets.seconds));
+    }
+    return fmt::format("{}", fmt::join(parts, ", "));
+}
 
 std::uint32_t PixelCap(const Budgets& budgets) {
     if (budgets.max_spp) {

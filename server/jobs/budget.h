@@ -25,6 +25,9 @@ struct Budgets {
     std::optional<double> seconds;         // from the making of the job to its result
 };
 
+// "6400 samples, target 0.01, 20 s", for people.
+std::string Describe(const Budgets& budgets);
+
 // Most samples that a pixel may have.
 std::uint32_t PixelCap(const Budgets& budgets);
 

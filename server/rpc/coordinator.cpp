@@ -70,12 +70,14 @@ std::string Coordinator::CreateJob(const std::string& request_id, CheckedSpec sp
         name = RandomName();
     }
     queue_.AddJob(name, spec.Setup(), Now());
-    spdlog::info("{}: {} at {}x{}, {} spp, sampler {}, filter {}", name, spec.manifest.main,
+    spdlog::info("{}: {} at {}x{}, {}, sampler {}, filter {}", name, spec.manifest.main,
                  spec.settings.Window().width(), spec.settings.Window().height(),
-                 spec.message.spp(), spec.sampler, spec.filter);
+                 jobs::Describe(spec.budgets), spec.sampler, spec.filter);
     Record& record = records_[name];
     record.scene_sha256 = ManifestDigest(spec.manifest);
     record.spec = std::move(spec);
+    record.brief = record.spec.message;
+    record.brief.mutable_scene()->clear_entries();
     if (!request_id.empty()) {
         record.request_id = request_id;
         request_ids_[request_id] = name;
@@ -92,21 +94,7 @@ void Coordinator::CancelJob(const std::string& name) {
 void Coordinator::FillJob(const jobs::JobInfo& info, bool with_entries, v1::Job* job) const {
     const Record& record = records_.at(info.name);
     InfoToProto(info, wall_, job);
-    v1::JobSpec* spec = job->mutable_spec();
-    if (with_entries) {
-        *spec = record.spec.message;
-    } else {
-        // Copies all but the list, which may be long.
-        const v1::JobSpec& full = record.spec.message;
-        *spec->mutable_settings() = full.settings();
-        spec->mutable_scene()->set_main(full.scene().main());
-        spec->set_sampler(full.sampler());
-        spec->set_filter(full.filter());
-        spec->set_spp(full.spp());
-        spec->set_tile_size(full.tile_size());
-        spec->set_all_layers(full.all_layers());
-        spec->set_display_name(full.display_name());
-    }
+    *job->mutable_spec() = with_entries ? record.spec.message : record.brief;
     job->set_scene_sha256(record.scene_sha256);
 }
 

@@ -81,6 +81,7 @@ class Coordinator {
   private:
     struct Record {
         CheckedSpec spec;
+        v1::JobSpec brief;  // without the list of the scene's files, which may be long
         std::string request_id;
         std::string scene_sha256;
         std::string result_sha256;
