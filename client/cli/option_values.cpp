@@ -95,8 +95,8 @@ Vec3f ParseVector(const std::string& option, const std::string& text) {
 double ParsePositive(const std::string& option, double most, const std::string& text) {
     double number = 0;
     if (!Read(text, &number) || !(number > 0) || number > most) {
-        ThrowInvalidArgument(fmt::format("{} {}: must be a number above 0 and at most {:.0f}",
-                                         option, text, most));
+        ThrowInvalidArgument(
+            fmt::format("{} {}: must be a number above 0 and at most {:.0f}", option, text, most));
     }
     return number;
 }

@@ -88,8 +88,8 @@ void AddBudgetOptions(CLI::App* app, BudgetOptions* options) {
     const auto add_number = [app](const char* name, double most, std::optional<double>* value,
                                   const char* help, const char* type) {
         app->add_option_function<std::string>(
-               name,
-               [=](const std::string& text) { *value = ParsePositive(name, most, text); }, help)
+               name, [=](const std::string& text) { *value = ParsePositive(name, most, text); },
+               help)
             ->type_name(type);
     };
     const auto add_count = [app](const char* name, std::optional<std::uint32_t>* value,

@@ -34,8 +34,8 @@ void AddBudgetOptions(CLI::App* app, BudgetOptions* options);
 struct JobOptions {
     std::string scene;
     std::string name;
-    std::optional<Size> size;                      // unset: by the camera's shape
-    TileRect crop;                                 // empty: the full frame
+    std::optional<Size> size;  // unset: by the camera's shape
+    TileRect crop;             // empty: the full frame
     BudgetOptions budgets;
     std::string sampler = "paper:mode=corrected";  // the defaults that jobs.proto tells
     std::string filter = "bilateral:mode=corrected";

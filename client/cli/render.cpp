@@ -57,9 +57,8 @@ double SaveSeconds(const v1::JobSpec& spec, bool png) {
 v1::JobSpec WithTimeLeft(v1::JobSpec spec, const RenderOptions& options, double elapsed) {
     constexpr double kLeast = 1e-3;  // too late: the job says so
     if (spec.has_time_limit()) {
-        spec.set_time_limit(
-            std::max(kLeast, spec.time_limit() - elapsed -
-                                 SaveSeconds(spec, !options.output.png.empty())));
+        spec.set_time_limit(std::max(
+            kLeast, spec.time_limit() - elapsed - SaveSeconds(spec, !options.output.png.empty())));
     }
     return spec;
 }

@@ -30,8 +30,7 @@ Json SettingsJson(const v1::JobSpec& spec, std::optional<double> time_limit) {
               {"min_spp", OrNull(spec.has_min_spp(), spec.min_spp())},
               {"max_spp", OrNull(spec.has_max_spp(), spec.max_spp())},
               {"target", OrNull(spec.has_target(), spec.target())},
-              {"time_limit", OrNull(spec.has_time_limit(),
-                                    time_limit.value_or(spec.time_limit()))},
+              {"time_limit", OrNull(spec.has_time_limit(), time_limit.value_or(spec.time_limit()))},
               {"sampler", spec.sampler()},
               {"filter", spec.filter()},
               {"seed", s.seed()},
@@ -75,14 +74,14 @@ Json SettingsJson(const v1::JobSpec& spec, std::optional<double> time_limit) {
 Json PassesJson(const v1::Job& job) {
     Json passes = Json::array();
     for (const auto& pass : job.passes()) {
-        passes.push_back({{"index", pass.index()},
-                          {"samples", pass.samples()},
-                          {"active_pixels", pass.active_pixels()},
-                          {"relmse", pass.relmse()},
-                          {"image_relmse", OrNull(pass.has_image_relmse(), pass.image_relmse())},
-                          {"relmse_predicted",
-                           OrNull(pass.has_relmse_predicted(), pass.relmse_predicted())},
-                          {"seconds", pass.seconds()}});
+        passes.push_back(
+            {{"index", pass.index()},
+             {"samples", pass.samples()},
+             {"active_pixels", pass.active_pixels()},
+             {"relmse", pass.relmse()},
+             {"image_relmse", OrNull(pass.has_image_relmse(), pass.image_relmse())},
+             {"relmse_predicted", OrNull(pass.has_relmse_predicted(), pass.relmse_predicted())},
+             {"seconds", pass.seconds()}});
     }
     return passes;
 }
@@ -118,8 +117,8 @@ Json ForecastJson(const v1::Job& job) {
             {"seconds_low", OrNull(known, job.predicted_low_seconds())},
             {"seconds_high", OrNull(known, job.predicted_high_seconds())},
             {"seconds_real", job.elapsed_seconds()},
-            {"finish_seconds", OrNull(job.finish_seconds_predicted() > 0,
-                                      job.finish_seconds_predicted())},
+            {"finish_seconds",
+             OrNull(job.finish_seconds_predicted() > 0, job.finish_seconds_predicted())},
             {"curve", curve}};
 }
 

@@ -37,9 +37,10 @@ void CheckBudgets(const v1::JobSpec& spec) {
             "spp 0: the job has no budget; set spp, max-spp, target or time-limit");
     }
     if (spec.has_max_spp() && spec.min_spp() > spec.max_spp()) {
-        ThrowInvalidArgument(fmt::format("min-spp {} is more than max-spp {}; lower the one or "
-                                         "raise the other",
-                                         spec.min_spp(), spec.max_spp()));
+        ThrowInvalidArgument(
+            fmt::format("min-spp {} is more than max-spp {}; lower the one or "
+                        "raise the other",
+                        spec.min_spp(), spec.max_spp()));
     }
     if (spec.spp() != 0 && spec.min_spp() > spec.spp()) {
         ThrowInvalidArgument(fmt::format(

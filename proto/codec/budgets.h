@@ -4,8 +4,8 @@
 
 namespace relume::codec {
 
-inline constexpr double kMaxSpp = 1 << 20;  // mean, least and most samples a pixel
-inline constexpr double kMaxTarget = 1000;  // RelMSE
+inline constexpr double kMaxSpp = 1 << 20;             // mean, least and most samples a pixel
+inline constexpr double kMaxTarget = 1000;             // RelMSE
 inline constexpr double kMaxTimeLimit = 30 * 86400.0;  // seconds
 
 // Throws kInvalidArgument unless at least one budget of the job is set, all are within their ranges

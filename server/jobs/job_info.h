@@ -71,7 +71,7 @@ struct JobInfo {
     std::optional<Eta> eta;               // from `updated` on
     std::optional<Eta> predicted;         // from `created` on, after the first estimate
     double finish_seconds_predicted = 0;
-    TimePoint updated;  // when this was published
+    TimePoint updated;          // when this was published
     std::string numeric_class;  // of the workers that may work on it; "" = none has yet
 };
 

@@ -73,7 +73,8 @@ TEST(ParsePositive, RefusesWhatIsNoBudget) {
     const auto parse = [](const std::string& text) {
         return ParsePositive("--spp", 1 << 20, text);
     };
-    for (const char* text : {"", "0", "-1", "nan", "inf", "1048577", "8 ", "8x", "eight", "1e999"}) {
+    for (const char* text :
+         {"", "0", "-1", "nan", "inf", "1048577", "8 ", "8x", "eight", "1e999"}) {
         const std::string said =
             fmt::format("--spp {}: must be a number above 0 and at most 1048576", text);
         EXPECT_EQ(Refusal(parse, text), said);

@@ -18,10 +18,8 @@ using Change = std::function<void(v1::JobSpec*)>;
 
 TEST(CheckBudgets, TakesAnyMixThatMakesSense) {
     for (const Change& change : std::vector<Change>{
-             [](auto* s) { s->set_spp(0.25); },
-             [](auto* s) { s->set_spp(1 << 20); },
-             [](auto* s) { s->set_max_spp(1); },
-             [](auto* s) { s->set_target(1e-9); },
+             [](auto* s) { s->set_spp(0.25); }, [](auto* s) { s->set_spp(1 << 20); },
+             [](auto* s) { s->set_max_spp(1); }, [](auto* s) { s->set_target(1e-9); },
              [](auto* s) { s->set_time_limit(0.01); },
              [](auto* s) {
                  s->set_spp(8);
