@@ -81,7 +81,8 @@ Json PassesJson(const v1::Job& job) {
              {"relmse", pass.relmse()},
              {"image_relmse", OrNull(pass.has_image_relmse(), pass.image_relmse())},
              {"relmse_predicted", OrNull(pass.has_relmse_predicted(), pass.relmse_predicted())},
-             {"seconds", pass.seconds()}});
+             {"seconds", pass.seconds()},
+             {"plan_seconds", pass.plan_seconds()}});
     }
     return passes;
 }
@@ -199,6 +200,8 @@ Json MakeReport(const v1::Job& job, const ReportFacts& facts) {
           {"upload", facts.upload},
           {"wait", wait},
           {"render", job.render_seconds()},
+          {"planning", job.plan_seconds()},
+          {"merging", job.merge_seconds()},
           {"filter", job.filter().seconds()},
           {"fetch", facts.fetch},
           {"total", facts.total}}},

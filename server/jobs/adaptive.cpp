@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numeric>
 
 #include "core/base/error.h"
 #include "core/base/param_set.h"
@@ -25,6 +26,9 @@ class Adaptive final : public Planner {
 
     std::string Describe() const override { return fmt::format("adaptive:pilot={}", pilot_); }
 
+    // Deviations are pooled, and change little when a pass more is known.
+    FilmView View() const override { return FilmView::kLagging; }
+
     Plan NextPass(const PlanInput& input) override {
         const Film& film = input.film;
         const std::uint64_t budget = input.budget;
@@ -37,9 +41,10 @@ class Adaptive final : public Planner {
             plan.counts = SpreadPilot(pixels, static_cast<std::uint32_t>(pilot_), budget);
         } else {
             // A rest of less than half a pass is not worth one of its own.
-            const std::uint64_t has = static_cast<std::uint64_t>(film.TotalSamples());
+            const std::vector<std::uint32_t> planned = PlannedCounts(input);
+            const auto has = std::accumulate(planned.begin(), planned.end(), std::uint64_t{0});
             const std::uint64_t pass = budget < has + has / 2 ? budget : has;
-            plan.counts = ShareByDeviation(film, RelativeDeviation(film), pass, pass_);
+            plan.counts = ShareByDeviation(planned, RelativeDeviation(film), pass, pass_);
         }
         if (std::all_of(plan.counts.begin(), plan.counts.end(),
                         [](std::uint32_t c) { return c == 0; })) {

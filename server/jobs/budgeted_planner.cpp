@@ -31,9 +31,15 @@ void ScaleDownPairs(std::uint64_t samples, std::vector<std::uint32_t>* counts) {
 
 }  // namespace
 
-BudgetedPlanner::BudgetedPlanner(std::unique_ptr<Planner> planner, const Budgets& budgets,
+BudgetedPlanner::BudgetedPlanner(std::shared_ptr<Planner> planner, const Budgets& budgets,
                                  Estimators estimators)
     : planner_(std::move(planner)), budgets_(budgets), estimators_(std::move(estimators)) {}
+
+FilmView BudgetedPlanner::View() const {
+    const FilmView view = planner_->View();
+    const bool looks = budgets_.target || budgets_.seconds;
+    return view == FilmView::kNothing && looks ? FilmView::kLagging : view;
+}
 
 // The film may lack some of what is planned. Of a pixel that has n of m samples the variance will
 // fall to n/m; of a filtered image the error as a whole falls as such pixels' errors would.
@@ -88,7 +94,7 @@ BudgetedPlanner::Pass BudgetedPlanner::NextPass(const Input& input) {
             }
         }
         // A part of the first pass is too little to be judged.
-        if (rest_.empty()) {
+        if (rest_.empty() && View() != FilmView::kNothing) {
             errors_.push_back({state.planned, ErrorWhenAllIsIn(input)});
             pass.error = errors_.back();
         }
@@ -112,10 +118,11 @@ BudgetedPlanner::Pass BudgetedPlanner::NextPass(const Input& input) {
         pass.stop = CapStop(budgets_);
         return pass;
     }
+    const std::uint64_t samples = state.planned + Sum(pass.plan.counts);
+    pass.last = samples == budgets_.samples;
     if (!errors_.empty()) {
-        pass.expected_error =
-            ExpectedError(errors_, FitExponent(errors_, state.filtered),
-                          static_cast<double>(state.planned + Sum(pass.plan.counts)));
+        pass.expected_error = ExpectedError(errors_, FitExponent(errors_, state.filtered),
+                                            static_cast<double>(samples));
     }
     return pass;
 }
@@ -143,9 +150,11 @@ Plan BudgetedPlanner::WithinAllowance(const Input& input, std::uint64_t allowed,
     if (plan.counts.empty()) {
         return plan;
     }
-    if (const std::uint64_t sum = Sum(plan.counts); sum == 0 || sum > allowed) {
+    const std::uint64_t sum = Sum(plan.counts);
+    if (plan.counts.size() != input.planned.size() || sum == 0 || sum > allowed) {
         throw Error(ErrorCode::kInternal,
-                    fmt::format("sampler planned {} samples with {} left", sum, allowed));
+                    fmt::format("sampler planned {} samples for {} of {} pixels with {} left", sum,
+                                plan.counts.size(), input.planned.size(), allowed));
     }
     if (planned == 0) {
         RaiseToMinimum(allowed, &plan.counts);

@@ -29,11 +29,14 @@ struct Estimators {
 // thread-safe.
 class BudgetedPlanner {
   public:
-    BudgetedPlanner(std::unique_ptr<Planner> planner, const Budgets& budgets,
+    BudgetedPlanner(std::shared_ptr<Planner> planner, const Budgets& budgets,
                     Estimators estimators);
 
+    // The planner's own, but target and time can't be judged without a film.
+    FilmView View() const;
+
     struct Input {
-        const Film& film;  // the samples that may be looked at
+        const Film& film;  // what View says; of the first pass a black one
         // Samples of each pixel that are planned so far, in the film or still to come.
         std::span<const std::uint32_t> planned;
         const Guide* guide = nullptr;
@@ -44,6 +47,7 @@ class BudgetedPlanner {
     struct Pass {
         Plan plan;  // without counts: no more passes
         std::optional<Stop> stop;
+        bool last = false;  // the sample budget is spent with it
         // Estimated, of the image that all planned samples would make.
         std::optional<ErrorPoint> error;
         double finish_seconds = 0;
@@ -61,7 +65,7 @@ class BudgetedPlanner {
     // False if nothing is left.
     bool CapPixels(const Input& input, Plan* plan) const;
 
-    std::unique_ptr<Planner> planner_;
+    std::shared_ptr<Planner> planner_;
     Budgets budgets_;
     Estimators estimators_;
     std::vector<ErrorPoint> errors_;

@@ -3,10 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <new>
 #include <utility>
 
-#include "core/base/error.h"
+#include "core/base/check.h"
 
 namespace relume::jobs {
 namespace {
@@ -15,6 +14,8 @@ constexpr std::size_t kEventsKept = 256;
 constexpr std::size_t kEventsKeptWhenOver = 16;
 constexpr double kProgressSeconds = 0.2;  // between events that only report progress
 constexpr std::size_t kMaxNotes = 100;
+// Planned and not wholly in the film, where plans need not wait for it.
+constexpr std::size_t kMaxOpenPasses = 3;
 
 }  // namespace
 
@@ -22,71 +23,89 @@ Job::Job(const std::string& name, std::uint64_t number, JobSetup setup, TimePoin
     : setup_(std::move(setup)), events_(kEventsKept) {
     info_.name = name;
     info_.number = number;
-    info_.samples_budget = setup_.budget;
+    info_.samples_budget = setup_.budgets.samples;
     info_.created = now;
+    planner_ = std::make_shared<BudgetedPlanner>(std::move(setup_.planner), setup_.budgets,
+                                                 setup_.estimators);
     Publish(now);
 }
 
-bool Job::Start(TimePoint now) {
-    if (info_.state != JobState::kQueued) {
-        return info_.state == JobState::kRendering;
+void Job::Start(TimePoint now) {
+    if (info_.state == JobState::kQueued) {
+        info_.state = JobState::kRendering;
+        pass_start_ = now;
+        Proceed(now);
+        Publish(now);
     }
-    try {
-        film_ = std::make_shared<Film>(setup_.window, setup_.display_width, setup_.display_height);
-        first_.assign(film_->pixel_count(), 0);
-    } catch (const std::bad_alloc&) {
-        Fail(fmt::format(
-                 "the server lacks the memory for {}x{} pixels; choose a smaller --size or --crop",
-                 setup_.window.width(), setup_.window.height()),
-             now);
-        return false;
-    }
-    info_.state = JobState::kRendering;
-    PlanPass(now);
-    return info_.state == JobState::kRendering;
 }
 
-std::optional<std::size_t> Job::TakePending(const std::function<bool(std::size_t)>& wanted) {
-    while (!pending_.empty() && pass_->Done(pending_.front())) {
-        pending_.pop_front();
+const Job::OpenPass& Job::PassOf(std::size_t unit) const {
+    const auto it = std::ranges::find_if(open_, [&](const OpenPass& p) { return unit < p.end(); });
+    RELUME_CHECK(it != open_.end() && unit >= it->first_unit);
+    return *it;
+}
+
+std::optional<std::size_t> Job::FindPending(std::size_t from,
+                                            const std::function<bool(std::size_t)>& wanted) const {
+    const auto it = std::find_if(pending_.lower_bound(from), pending_.end(), wanted);
+    return it == pending_.end() ? std::nullopt : std::optional(*it);
+}
+
+std::size_t Job::FirstSpareUnit() const {
+    if (open_.empty() || stop_) {
+        return units_planned_;
     }
-    for (auto it = pending_.begin(); it != pending_.end(); ++it) {
-        const std::size_t unit = *it;
-        if (!pass_->Done(unit) && wanted(unit)) {
-            pending_.erase(it);
-            units_[unit].pending = false;
-            return unit;
+    switch (planner_->View()) {
+        case FilmView::kNothing:
+            return open_.front().end();
+        case FilmView::kLagging:
+            return open_.back().first_unit + open_.back().pass->first_cover_unit();
+        case FilmView::kWhole:
+            break;
+    }
+    return units_planned_;
+}
+
+std::uint64_t Job::SamplesAwaited() const {
+    const std::size_t end = FirstSpareUnit();
+    std::uint64_t samples = 0;
+    for (const OpenPass& open : open_) {
+        if (open.end() <= end) {
+            samples += open.pass->samples_left();
+        } else if (open.first_unit < end) {
+            samples += open.pass->samples_left_but_cover();
         }
     }
-    return std::nullopt;
+    return samples;
 }
 
 void Job::AddLease(std::size_t unit, LeaseId lease, TimePoint now) {
     if (!first_lease_) {
-        first_lease_ = now;
+        first_lease_ = pass_start_ = now;
     }
+    Unit& lent = At(unit);
     ++info_.leases_issued;
-    info_.leases_reissued += units_[unit].issued ? 1 : 0;
-    units_[unit].issued = true;
-    units_[unit].leases.insert(lease);
+    info_.leases_reissued += lent.issued ? 1 : 0;
+    lent.issued = true;
+    lent.leases.insert(lease);
 }
 
 void Job::Requeue(std::size_t unit) {
-    if (!units_[unit].pending && !pass_->Done(unit)) {
-        units_[unit].pending = true;
-        pending_.push_front(unit);
-        new_work_ = true;
+    if (!Done(unit)) {
+        new_work_ = pending_.insert(unit).second || new_work_;
     }
 }
 
 int Job::Refuse(std::size_t unit, WorkerId worker) {
-    units_[unit].refused.insert(worker);
-    return ++units_[unit].bad;
+    At(unit).refused.insert(worker);
+    return ++At(unit).bad;
 }
 
 void Job::Accept(std::size_t unit, const std::string& worker, TileResult result, TimePoint now) {
-    const std::uint64_t samples = pass_->Samples(unit);
+    const OpenPass& open = PassOf(unit);
+    const std::uint64_t samples = Samples(unit);
     info_.samples_done += samples;
+    speed_.Add(now, samples);
     info_.rays += result.rays;
     for (std::size_t k = 0; k < result.pixels.size(); ++k) {
         info_.bad_samples +=
@@ -97,58 +116,218 @@ void Job::Accept(std::size_t unit, const std::string& worker, TileResult result,
     share.leases += 1;
     share.busy_seconds += result.seconds;
     info_.render_seconds = ToSeconds(now - first_lease_.value_or(now));
-    pass_->Accept(unit, std::move(result), film_.get());
-    if (pass_->complete()) {
+    pending_.erase(unit);
+    open.pass->Accept(Local(unit), std::move(result));
+    MergeTile(open.pass->TileOf(Local(unit)));
+    Proceed(now);
+    if (ToSeconds(now - last_publish_) >= kProgressSeconds) {
+        Publish(now);
+    }
+}
+
+void Job::MergeTile(std::size_t tile) {
+    for (const OpenPass& open : open_) {
+        // The newest cover is not for the eyes of the next plan.
+        open.pass->Merge(tile, stop_ || &open != &open_.back(), film_.get());
+        if (!open.pass->Merged(tile)) {
+            return;
+        }
+    }
+}
+
+void Job::Proceed(TimePoint now) {
+    while (!open_.empty() && open_.front().pass->merged()) {
         EndPass(now);
-    } else if (ToSeconds(now - last_publish_) >= kProgressSeconds) {
+    }
+    if (planning_ == Planning::kNone && MayPlan()) {
+        planning_ = Planning::kWanted;
+        wants_plan_ = true;
+    }
+    if (stop_ && open_.empty()) {
+        info_.state = JobState::kFiltering;
+        info_.message = stop_->words;
+        info_.stop = stop_->reason;
+        sampled_ = now;
+        planner_.reset();
         Publish(now);
     }
 }
 
 void Job::EndPass(TimePoint now) {
-    info_.relmse = film_->EstimateRelMSE();
-    info_.passes.push_back({static_cast<std::uint32_t>(info_.passes.size()), pass_->total_samples(),
-                            pass_->active_pixels(), info_.relmse, ToSeconds(now - pass_start_)});
-    planned_samples_ += pass_->total_samples();
-    first_ = pass_->NextFirst();
-    PlanPass(now);
+    const Pass& pass = *open_.front().pass;
+    tile_error_.resize(pass.tile_count(), 0);
+    double error = 0;
+    for (std::size_t tile = 0; tile < tile_error_.size(); ++tile) {
+        if (pass.TileError(tile) >= 0) {
+            tile_error_[tile] = pass.TileError(tile);
+        }
+        error += tile_error_[tile];
+    }
+    info_.relmse = error / static_cast<double>(film_->pixel_count());
+    info_.passes.push_back({static_cast<std::uint32_t>(info_.passes.size()), pass.total_samples(),
+                            pass.active_pixels(), info_.relmse, ToSeconds(now - pass_start_),
+                            open_.front().plan_seconds, open_.front().image_relmse,
+                            open_.front().relmse_predicted});
+    if (planner_->View() == FilmView::kNothing) {
+        std::uint64_t samples = 0;
+        for (const auto& p : info_.passes) {
+            samples += p.samples;
+        }
+        errors_.push_back({samples, info_.relmse});
+    }
+    pass_start_ = now;
+    open_.pop_front();
+    Publish(now);
 }
 
-void Job::PlanPass(TimePoint now) {
-    try {
-        const std::uint64_t left = setup_.budget - std::min(setup_.budget, planned_samples_);
-        Plan plan =
-            left > 0 ? setup_.planner->NextPass({*film_, left}) : Plan{{}, kBudgetSpent, {}, {}};
-        if (plan.counts.empty()) {
-            info_.state = JobState::kFiltering;
-            info_.message = plan.reason;
-            pass_.reset();
-            units_.clear();
-            pending_.clear();
-            setup_.planner.reset();
-        } else {
-            pass_.emplace(setup_.window, setup_.tile_size, first_, std::move(plan.counts));
-            if (pass_->total_samples() == 0 || pass_->total_samples() > left) {
-                throw Error(ErrorCode::kInternal,
-                            fmt::format("sampler planned {} samples with {} left",
-                                        pass_->total_samples(), left));
-            }
-            units_.assign(pass_->unit_count(), Unit());
-            pending_.clear();
-            for (std::size_t unit = 0; unit < units_.size(); ++unit) {
-                pending_.push_back(unit);
-            }
-            pass_start_ = now;
-            new_work_ = true;
-        }
-    } catch (const std::bad_alloc&) {
-        Fail("the server ran out of memory while it planned a pass; choose a smaller --size", now);
-        return;
-    } catch (const Error& error) {
-        Fail(error.what(), now);
+bool Job::MayPlan() const {
+    if (stop_ || open_.empty()) {
+        return !stop_;
+    }
+    switch (planner_->View()) {
+        case FilmView::kNothing:
+            return open_.size() < kMaxOpenPasses;
+        case FilmView::kLagging:
+            return open_.size() == 1 && open_.front().pass->merged_but_cover();
+        case FilmView::kWhole:
+            break;
+    }
+    return false;
+}
+
+std::optional<PlanWork> Job::TakePlanWork(TimePoint now) {
+    if (planning_ != Planning::kWanted) {
+        return std::nullopt;
+    }
+    planning_ = Planning::kRunning;
+    PlanWork work;
+    work.name = info_.name;
+    work.window = setup_.window;
+    work.display_width = setup_.display_width;
+    work.display_height = setup_.display_height;
+    work.tile_size = setup_.tile_size;
+    work.pass = passes_planned_;
+    work.planner = planner_;
+    work.samples_done = info_.samples_done;
+    work.samples_per_second = SamplesPerSecond();
+    work.seconds = ToSeconds(now - info_.created);
+    work.guide = setup_.guide;
+    work.film = film_;
+    work.planned = planned_;
+    return work;
+}
+
+void Job::Planned(PlanResult result, TimePoint now) {
+    if (planning_ != Planning::kRunning) {
         return;
     }
+    planning_ = Planning::kNone;
+    info_.plan_seconds += result.seconds;
+    if (!result.failure.empty()) {
+        Fail(result.failure, now);
+        return;
+    }
+    if (result.film) {
+        film_ = std::move(result.film);
+    }
+    planned_ = std::move(result.planned);
+    info_.finish_seconds_predicted =
+        std::max(info_.finish_seconds_predicted, result.finish_seconds);
+    NoteError(result);
+    if (!result.selector.empty()) {
+        selector_ = std::move(result.selector);
+    }
+    if (!result.decisions.empty()) {
+        decisions_ = std::move(result.decisions);
+    }
+    if (result.pass) {
+        Open(&result);
+    } else {
+        stop_ = std::move(result.stop);
+    }
+    // The cover that was kept from the plan.
+    for (std::size_t tile = 0; !open_.empty() && tile < open_.front().pass->tile_count(); ++tile) {
+        MergeTile(tile);
+    }
+    Proceed(now);
     Publish(now);
+}
+
+// The estimate that a plan began with is of the passes before it.
+void Job::NoteError(const PlanResult& result) {
+    if (!result.error) {
+        return;
+    }
+    errors_.push_back(*result.error);
+    (open_.empty() ? info_.passes.back().image_relmse : open_.back().image_relmse) =
+        result.error->error;
+    if (setup_.estimators.error) {
+        info_.image_relmse = result.error->error;
+    }
+}
+
+double Job::SamplesPerSecond() const {
+    const double speed = speed_.Get().mean;
+    return speed > 0 || info_.render_seconds <= 0
+               ? speed
+               : static_cast<double>(info_.samples_done) / info_.render_seconds;
+}
+
+// What is to be expected from now on.
+void Job::Expect(TimePoint now) {
+    info_.updated = now;
+    info_.eta.reset();
+    if (info_.state == JobState::kFiltering && sampled_) {
+        if (info_.finish_seconds_predicted > 0) {
+            const double left =
+                std::max(0.0, info_.finish_seconds_predicted - ToSeconds(now - *sampled_));
+            info_.eta = Eta{left, left, left};
+        }
+        return;
+    }
+    if (info_.state != JobState::kRendering) {
+        return;
+    }
+    ForecastInput input;
+    input.budgets = setup_.budgets;
+    if (stop_) {
+        input.budgets.samples = samples_planned_;
+    }
+    input.pixels = setup_.window.area();
+    input.done = info_.samples_done;
+    input.seconds = ToSeconds(now - info_.created);
+    input.speed = speed_.Get();
+    input.finish_seconds = info_.finish_seconds_predicted;
+    input.errors = errors_;
+    input.filtered = static_cast<bool>(setup_.estimators.error);
+    info_.eta = EstimateEta(input);
+    if (input.speed.mean > 0 && !errors_.empty()) {
+        info_.forecast = Forecast(input);
+        if (!info_.predicted && info_.eta) {
+            const double gone = input.seconds;
+            info_.predicted =
+                Eta{gone + info_.eta->seconds, gone + info_.eta->low, gone + info_.eta->high};
+        }
+    }
+}
+
+void Job::Open(PlanResult* result) {
+    OpenPass& open = open_.emplace_back();
+    open.pass = std::move(result->pass);
+    open.first_unit = units_planned_;
+    open.units.resize(open.pass->unit_count());
+    open.plan_seconds = result->seconds;
+    for (std::size_t unit = open.first_unit; unit < open.end(); ++unit) {
+        pending_.insert(pending_.end(), unit);
+    }
+    new_work_ = true;
+    ++passes_planned_;
+    units_planned_ = open.end();
+    samples_planned_ += open.pass->total_samples();
+    open.relmse_predicted = result->expected_error;
+    if (result->last) {
+        stop_ = Stop{StopReason::kSamples, kBudgetSpent};
+    }
 }
 
 void Job::AddNote(const std::string& note, TimePoint now) {
@@ -160,8 +339,13 @@ void Job::AddNote(const std::string& note, TimePoint now) {
     Publish(now);
 }
 
-std::shared_ptr<const Film> Job::TakeFilm() {
-    return info_.state == JobState::kFiltering ? std::move(film_) : nullptr;
+std::optional<SampledImage> Job::TakeSampled() {
+    if (info_.state != JobState::kFiltering || !film_) {
+        return std::nullopt;
+    }
+    SampledImage sampled{std::move(film_), std::move(selector_), std::move(decisions_)};
+    Release();
+    return sampled;
 }
 
 void Job::Succeed(Outcome outcome, TimePoint now) {
@@ -179,17 +363,28 @@ void Job::End(JobState state, const std::string& message, TimePoint now) {
     info_.state = state;
     info_.message = message;
     info_.ended = now;
-    film_.reset();
-    pass_.reset();
-    units_.clear();
-    pending_.clear();
-    setup_.planner.reset();
+    Release();
     Publish(now);
     events_.Trim(kEventsKeptWhenOver);
 }
 
+// What takes memory. A plan under way keeps what it needs, and its result is dropped.
+void Job::Release() {
+    planning_ = Planning::kNone;
+    film_.reset();
+    planned_.reset();
+    open_.clear();
+    pending_.clear();
+    selector_ = {};
+    decisions_ = {};
+    tile_error_ = {};
+    planner_.reset();
+    setup_.guide = nullptr;
+}
+
 void Job::Publish(TimePoint now) {
     last_publish_ = now;
+    Expect(now);
     events_.Append(info_);
 }
 

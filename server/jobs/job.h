@@ -13,7 +13,9 @@
 #include "server/jobs/event_log.h"
 #include "server/jobs/job_info.h"
 #include "server/jobs/pass.h"
+#include "server/jobs/plan_work.h"
 #include "server/jobs/planner.h"
+#include "server/jobs/speed_meter.h"
 
 namespace relume::jobs {
 
@@ -25,12 +27,26 @@ struct JobSetup {
     TileRect window;
     int display_width = 0, display_height = 0;
     int tile_size = 32;
-    std::uint64_t budget = 0;  // samples
-    std::unique_ptr<Planner> planner;
+    Budgets budgets;
+    Estimators estimators;
+    std::shared_ptr<Planner> planner;
+    Guide guide;  // of the planner; empty: the image is not filtered
 };
 
-// One job: its film, the pass it is at, and which units of that are lent, wait or are done. It
-// knows leases and workers by number only; JobQueue decides who gets what. Not thread-safe.
+// A job's samples, all of them, and what its planner said last of where they went.
+struct SampledImage {
+    std::shared_ptr<const Film> film;
+    std::vector<float> selector;      // as in Plan
+    std::vector<Decision> decisions;  // as in Plan
+};
+
+// One job: its film, the passes that are planned and not wholly in it, and which of their units are
+// lent, wait or are done. It knows leases and workers by number only; JobQueue decides who gets
+// what. Not thread-safe.
+//
+// A unit's number is its own among all passes: in order of issue, which is pass by pass, the cover
+// last. Results are merged in that order pixel by pixel. When the next pass is planned the film
+// holds what the planner's View says, and nothing more, so that its bits depend on the plans alone.
 class Job {
   public:
     Job(const std::string& name, std::uint64_t number, JobSetup setup, TimePoint now);
@@ -40,40 +56,57 @@ class Job {
     bool active() const {
         return info_.state == JobState::kQueued || info_.state == JobState::kRendering;
     }
-    const Pass& pass() const { return *pass_; }
 
-    // Makes the film and plans the first pass, on the first call alone; the film's memory is not
-    // taken before. A failure ends the job. False: there is nothing to render.
-    bool Start(TimePoint now);
+    // Asks for the first pass, on the first call alone; the film's memory is not taken before.
+    void Start(TimePoint now);
 
-    // Takes the first waiting unit for which `wanted` says yes.
-    std::optional<std::size_t> TakePending(const std::function<bool(std::size_t)>& wanted);
+    // The next pass is to be planned, as RunPlan does; each is handed out once.
+    std::optional<PlanWork> TakePlanWork(TimePoint now);
+    // What came of it. Ignored if the job is over.
+    void Planned(PlanResult result, TimePoint now);
+    // True if a plan came to be wanted since the last call.
+    bool TakeWantsPlan() { return std::exchange(wants_plan_, false); }
+
+    TileTask Task(std::size_t unit) const { return PassOf(unit).pass->Task(Local(unit)); }
+    std::uint64_t Samples(std::size_t unit) const {
+        return PassOf(unit).pass->Samples(Local(unit));
+    }
+    // The first unit that waits, from `from` on, and for which `wanted` says yes. Take follows.
+    std::optional<std::size_t> FindPending(std::size_t from,
+                                           const std::function<bool(std::size_t)>& wanted) const;
+    void Take(std::size_t unit) { pending_.erase(unit); }
+    // The next plan does not wait for units from here on.
+    std::size_t FirstSpareUnit() const;
+    // Samples that are still awaited for the next plan; for the end of the job, if that comes
+    // first.
+    std::uint64_t SamplesAwaited() const;
+
     // Records a lease on the unit and counts it.
     void AddLease(std::size_t unit, LeaseId lease, TimePoint now);
-    void DropLease(std::size_t unit, LeaseId lease) { units_[unit].leases.erase(lease); }
+    void DropLease(std::size_t unit, LeaseId lease) { At(unit).leases.erase(lease); }
     // The unit waits again. Answers to leases that are out on it are still welcome.
     void Requeue(std::size_t unit);
-    const std::set<LeaseId>& Leases(std::size_t unit) const { return units_[unit].leases; }
+    const std::set<LeaseId>& Leases(std::size_t unit) const { return At(unit).leases; }
 
     // Notes that `worker` gave a wrong answer to the unit; how many it has had by now.
     int Refuse(std::size_t unit, WorkerId worker);
     bool Refused(std::size_t unit, WorkerId worker) const {
-        return units_[unit].refused.count(worker) != 0;
+        return At(unit).refused.count(worker) != 0;
     }
 
-    // Merges the checked answer to a unit that is not done. Plans the next pass when it was the
-    // last.
+    // Merges the checked answer to a unit that is not done, or keeps it until its turn comes.
     void Accept(std::size_t unit, const std::string& worker, TileResult result, TimePoint now);
     // True if units came to wait since the last call: there is work for those who are idle.
     bool TakeNewWork() { return std::exchange(new_work_, false); }
 
     void CountDuplicate() { ++info_.results_duplicate; }
+    void CountMergeSeconds(double seconds) { info_.merge_seconds += seconds; }
     void SetNumericClass(const std::string& numeric_class) { info_.numeric_class = numeric_class; }
     // Kept once each.
     void AddNote(const std::string& note, TimePoint now);
 
-    // The film of a job that has come to FILTERING, once.
-    std::shared_ptr<const Film> TakeFilm();
+    // What a job that has come to FILTERING has sampled, once.
+    std::optional<SampledImage> TakeSampled();
     // Ends the job, unless it is over.
     void Succeed(Outcome outcome, TimePoint now);
     void Fail(const std::string& message, TimePoint now) { End(JobState::kFailed, message, now); }
@@ -84,29 +117,65 @@ class Job {
         std::set<LeaseId> leases;    // that may still be answered
         std::set<WorkerId> refused;  // gave wrong answers
         int bad = 0;
-        bool pending = true;  // in pending_
         bool issued = false;  // at least once
     };
+    struct OpenPass {
+        std::shared_ptr<Pass> pass;
+        std::size_t first_unit = 0;
+        std::vector<Unit> units;
+        double plan_seconds = 0;
+        std::optional<double> image_relmse, relmse_predicted;  // as in PassSummary
 
-    void PlanPass(TimePoint now);
+        std::size_t end() const { return first_unit + units.size(); }
+    };
+    enum class Planning { kNone, kWanted, kRunning };
+
+    // The pass of a unit, and the unit's place in it.
+    const OpenPass& PassOf(std::size_t unit) const;
+    std::size_t Local(std::size_t unit) const { return unit - PassOf(unit).first_unit; }
+    const Unit& At(std::size_t unit) const { return PassOf(unit).units[Local(unit)]; }
+    Unit& At(std::size_t unit) { return const_cast<Unit&>(std::as_const(*this).At(unit)); }
+    bool Done(std::size_t unit) const { return PassOf(unit).pass->Done(Local(unit)); }
+
+    void Open(PlanResult* result);
+    void MergeTile(std::size_t tile);
+    // Ends passes that are merged, asks for a plan, comes to FILTERING: whatever has its turn.
+    void Proceed(TimePoint now);
     void EndPass(TimePoint now);
+    bool MayPlan() const;
+    void NoteError(const PlanResult& result);
+    void Expect(TimePoint now);
+    // Measured, else over all the time that it has rendered; 0: nothing is known.
+    double SamplesPerSecond() const;
+    void Release();
     void End(JobState state, const std::string& message, TimePoint now);
     void Publish(TimePoint now);
 
     JobSetup setup_;
+    std::shared_ptr<BudgetedPlanner> planner_;
     JobInfo info_;
     EventLog events_;
     TimePoint last_publish_;
 
     std::shared_ptr<Film> film_;
-    std::optional<Pass> pass_;
-    std::vector<Unit> units_;           // of pass_
-    std::deque<std::size_t> pending_;   // units to be lent, first ones first; done ones are skipped
-    std::vector<std::uint32_t> first_;  // index of each pixel's next sample
-    std::uint64_t planned_samples_ = 0;
+    std::shared_ptr<const std::vector<std::uint32_t>> planned_;  // samples of each pixel
+    std::deque<OpenPass> open_;                                  // oldest first
+    std::set<std::size_t> pending_;                              // units to be lent
+    std::uint32_t passes_planned_ = 0;
+    std::size_t units_planned_ = 0;
+    std::uint64_t samples_planned_ = 0;
+    Planning planning_ = Planning::kNone;
+    std::optional<Stop> stop_;  // no more plans
+    std::vector<ErrorPoint>
+        errors_;  // as planned by, or of passes that ended where plans don't tell
+    SpeedMeter speed_;
+    std::optional<TimePoint> sampled_;  // when the last sample was in
+    std::vector<float> selector_;
+    std::vector<Decision> decisions_;
+    std::vector<double> tile_error_;  // sums of EstimateRelMSE, after the last pass that ended
     std::optional<TimePoint> first_lease_;
     TimePoint pass_start_;
-    bool new_work_ = false;
+    bool new_work_ = false, wants_plan_ = false;
 };
 
 }  // namespace relume::jobs

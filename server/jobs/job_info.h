@@ -24,8 +24,9 @@ struct PassSummary {
     std::uint32_t index = 0;
     std::uint64_t samples = 0;
     std::uint64_t active_pixels = 0;
-    double relmse = 0;  // estimate for the unfiltered image after the pass
-    double seconds = 0;
+    double relmse = 0;        // estimate for the unfiltered image after the pass
+    double seconds = 0;       // from the end of the pass before, or the first lease, to its own
+    double plan_seconds = 0;  // to plan it, while workers went on
     // Of the image that is returned: estimated when the next pass was planned, and what that was
     // expected to be when this one was.
     std::optional<double> image_relmse, relmse_predicted;
@@ -57,13 +58,15 @@ struct JobInfo {
     std::optional<std::uint64_t> samples_budget;
     double relmse = 0;
     std::uint64_t rays = 0, bad_samples = 0;
-    std::vector<PassSummary> passes;
+    std::vector<PassSummary> passes;             // that are wholly in the film
     std::optional<Outcome> outcome;              // once succeeded
     std::map<std::string, WorkerShare> workers;  // by name
     std::uint64_t leases_issued = 0, leases_reissued = 0, results_duplicate = 0;
     TimePoint created;
     std::optional<TimePoint> ended;
     double render_seconds = 0;  // first lease to last result
+    double plan_seconds = 0;    // of all plans
+    double merge_seconds = 0;   // to read, check and merge all results
     std::vector<std::string> notes;
     std::optional<StopReason> stop;
     std::optional<double> image_relmse;   // of the last plan

@@ -96,8 +96,39 @@ std::vector<std::string> JobQueue::ForgetOverJobs(std::size_t keep) {
 
 void JobQueue::NoteStateOf(Job* job) {
     news_ = job->TakeNewWork() || news_;
+    if (job->TakeWantsPlan()) {
+        to_plan_.push_back(job->info().name);
+    }
     if (job->info().state == JobState::kFiltering) {
         to_filter_.push_back(job->info().name);
+    }
+}
+
+std::optional<PlanWork> JobQueue::TakePlanWork(TimePoint now) {
+    while (!to_plan_.empty()) {
+        const std::string name = std::move(to_plan_.front());
+        to_plan_.pop_front();
+        const auto it = jobs_.find(name);
+        if (it == jobs_.end()) {
+            continue;
+        }
+        if (auto work = it->second->TakePlanWork(now)) {
+            return work;
+        }
+    }
+    return std::nullopt;
+}
+
+void JobQueue::Planned(const std::string& name, PlanResult result, TimePoint now) {
+    const auto it = jobs_.find(name);
+    if (it == jobs_.end()) {
+        return;
+    }
+    Job* job = it->second.get();
+    job->Planned(std::move(result), now);
+    NoteStateOf(job);
+    if (job->info().state == JobState::kFailed) {
+        RevokeJob(name);
     }
 }
 
@@ -109,8 +140,9 @@ std::optional<JobQueue::FilterWork> JobQueue::TakeFilterWork() {
         if (it == jobs_.end()) {
             continue;
         }
-        if (auto film = it->second->TakeFilm()) {
-            return FilterWork{name, std::move(film)};
+        if (auto sampled = it->second->TakeSampled()) {
+            return FilterWork{name, std::move(sampled->film), std::move(sampled->selector),
+                              std::move(sampled->decisions)};
         }
     }
     return std::nullopt;

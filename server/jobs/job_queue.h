@@ -58,10 +58,17 @@ class JobQueue {
     // Forgets the oldest jobs that are over until at most `keep` such are left; their names.
     std::vector<std::string> ForgetOverJobs(std::size_t keep);
 
+    // A pass that is to be planned: RunPlan's matter, on any thread. Each is handed out once.
+    std::optional<PlanWork> TakePlanWork(TimePoint now);
+    // What came of it; ignored if the job was cancelled in between.
+    void Planned(const std::string& name, PlanResult result, TimePoint now);
+
     // A job whose samples are all in, for the filter: each is handed out once.
     struct FilterWork {
         std::string name;
         std::shared_ptr<const Film> film;
+        std::vector<float> selector;      // of the last plan, as in Plan
+        std::vector<Decision> decisions;  // as in Plan
     };
     std::optional<FilterWork> TakeFilterWork();
     // Ignored if the job was cancelled in between.
@@ -95,6 +102,8 @@ class JobQueue {
     const TileTask* TaskOf(LeaseId lease) const;
     ResultVerdict AddResult(WorkerId worker, LeaseId lease, const std::string& job,
                             TileResult result, TimePoint now);
+    // Adds to the job's merge_seconds, while it is known.
+    void CountMergeSeconds(const std::string& job, double seconds);
     // The answer could not even be read.
     ResultVerdict RejectResult(WorkerId worker, LeaseId lease, const std::string& reason,
                                TimePoint now);
@@ -146,8 +155,13 @@ class JobQueue {
     // True if another worker than `worker` could do the job's leases.
     bool HasOther(WorkerId worker, const Job& job) const;
     std::optional<LeaseGrant> Lend(WorkerId worker, Job* job, TimePoint now);
+    std::optional<std::size_t> FindUnit(WorkerId id, const Job& job) const;
+    bool WouldDelay(const Worker& worker, const Job& job, std::uint64_t samples) const;
     std::optional<std::size_t> FindRace(WorkerId id, const Worker& worker, const Job& job,
                                         TimePoint now) const;
+    std::optional<std::size_t> FindRace(WorkerId id, const Worker& worker, const Job& job,
+                                        bool awaited, TimePoint now) const;
+    static WorkerPace PaceOf(const Worker& worker, const Job& job, std::uint64_t samples_before);
     LeaseGrant Issue(WorkerId worker, Job* job, std::size_t unit, TimePoint now);
     static void SetDeadline(const Worker& worker, bool scene_ready, std::uint64_t samples_before,
                             Lease* lease, TimePoint now);
@@ -170,7 +184,7 @@ class JobQueue {
     std::map<std::uint64_t, Job*> by_number_;  // in order of creation
     std::map<std::uint64_t, Job*>
         active_;  // of those, all that may have work, and some that have not
-    std::deque<std::string> to_filter_;
+    std::deque<std::string> to_plan_, to_filter_;
     std::map<WorkerId, Worker> workers_;
     Leases leases_;
     std::uint64_t last_number_ = 0;

@@ -9,7 +9,7 @@
 #include "server/jobs/job_queue.h"
 
 // Leases of JobQueue: lending, answers, losses. Invariant: each lease in the table is on a unit of
-// its job's current pass that is not done.
+// its job's open passes that is not done.
 namespace relume::jobs {
 namespace {
 
@@ -77,26 +77,74 @@ std::optional<LeaseGrant> JobQueue::Lend(WorkerId id, Job* job, TimePoint now) {
         return std::nullopt;
     }
     if (job->info().state == JobState::kQueued) {
-        const bool started = job->Start(now);
+        job->Start(now);
         NoteStateOf(job);
-        if (!started) {
-            return std::nullopt;
+    }
+    const auto unit = FindUnit(id, *job);
+    if (!unit) {
+        return std::nullopt;
+    }
+    job->Take(*unit);
+    return Issue(id, job, *unit, now);
+}
+
+// The first that waits; to a worker that is too slow for it, one that nobody will wait for.
+std::optional<std::size_t> JobQueue::FindUnit(WorkerId id, const Job& job) const {
+    const Worker& worker = workers_.at(id);
+    const auto wanted = [&](std::size_t u) {
+        return !Holds(id, job, u) && !(job.Refused(u, id) && HasOther(id, job));
+    };
+    const auto first = job.FindPending(0, wanted);
+    if (!first || *first >= job.FirstSpareUnit() || !WouldDelay(worker, job, job.Samples(*first))) {
+        return first;
+    }
+    const auto spare = job.FindPending(job.FirstSpareUnit(), wanted);
+    if (spare || worker.leases.size() >= static_cast<std::size_t>(worker.info.threads)) {
+        return spare;
+    }
+    return first;
+}
+
+// True if the others would be through with all that is awaited, and a unit of so many samples more,
+// before this worker has done the unit.
+bool JobQueue::WouldDelay(const Worker& worker, const Job& job, std::uint64_t samples) const {
+    double speed = 0;
+    int threads = 0;
+    for (const auto& [id, other] : workers_) {
+        if (!other.silent && other.credits > 0 && other.info.samples_per_second > 0 &&
+            other.info.numeric_class == worker.info.numeric_class) {
+            speed += other.info.samples_per_second;
+            threads += other.info.threads;
         }
     }
-    const auto unit = job->TakePending([&](std::size_t u) {
-        return !Holds(id, *job, u) && !(job->Refused(u, id) && HasOther(id, *job));
-    });
-    return unit ? std::optional(Issue(id, job, *unit, now)) : std::nullopt;
+    const double own = PredictSeconds(PaceOf(worker, job, worker.samples_out), samples);
+    const double awaited = static_cast<double>(job.SamplesAwaited());
+    return own * speed > awaited + static_cast<double>(samples) * threads;
+}
+
+WorkerPace JobQueue::PaceOf(const Worker& worker, const Job& job, std::uint64_t samples_before) {
+    const auto it = worker.jobs.find(job.info().name);
+    return {worker.info.samples_per_second, worker.info.threads, samples_before,
+            it != worker.jobs.end() && it->second.scene_ready};
+}
+
+// What holds up a plan comes first.
+std::optional<std::size_t> JobQueue::FindRace(WorkerId id, const Worker& worker, const Job& job,
+                                              TimePoint now) const {
+    const auto awaited = FindRace(id, worker, job, true, now);
+    return awaited ? awaited : FindRace(id, worker, job, false, now);
 }
 
 // The oldest lease that is overdue or of which nothing is known; else the one expected back last,
-// if the idle thread would be sooner: that one its holder has probably not begun.
+// if the idle thread would be sooner: that one its holder has probably not begun. Among those that
+// are `awaited` for a plan or the job's end, or the others.
 std::optional<std::size_t> JobQueue::FindRace(WorkerId id, const Worker& worker, const Job& job,
-                                              TimePoint now) const {
+                                              bool awaited, TimePoint now) const {
     const Lease* best = nullptr;
     double longest = 0;
     for (const auto& [lease_id, lease] : leases_) {
-        if (lease.job != job.info().name || lease.abandoned || job.Refused(lease.unit, id) ||
+        if (lease.job != job.info().name || lease.abandoned ||
+            awaited != (lease.unit < job.FirstSpareUnit()) || job.Refused(lease.unit, id) ||
             Holds(id, job, lease.unit)) {
             continue;
         }
@@ -118,10 +166,7 @@ std::optional<std::size_t> JobQueue::FindRace(WorkerId id, const Worker& worker,
     if (best == nullptr) {
         return std::nullopt;
     }
-    const auto involvement = worker.jobs.find(job.info().name);
-    const bool ready = involvement != worker.jobs.end() && involvement->second.scene_ready;
-    const double own = PredictSeconds(
-        {worker.info.samples_per_second, worker.info.threads, 0, ready}, best->samples);
+    const double own = PredictSeconds(PaceOf(worker, job, 0), best->samples);
     return ShouldRace(own, longest) ? std::optional(best->unit) : std::nullopt;
 }
 
@@ -133,8 +178,8 @@ LeaseGrant JobQueue::Issue(WorkerId id, Job* job, std::size_t unit, TimePoint no
     lease.job = name;
     lease.worker = id;
     lease.unit = unit;
-    lease.task = job->pass().Task(unit);
-    lease.samples = job->pass().Samples(unit);
+    lease.task = job->Task(unit);
+    lease.samples = job->Samples(unit);
     lease.issued = now;
     SetDeadline(worker, worker.jobs[name].scene_ready, worker.samples_out, &lease, now);
 
@@ -198,6 +243,12 @@ ResultVerdict JobQueue::AddResult(WorkerId id, LeaseId lease_id, const std::stri
     job.Accept(unit, worker.info.name, std::move(result), now);
     NoteStateOf(&job);
     return ResultVerdict::kMerged;
+}
+
+void JobQueue::CountMergeSeconds(const std::string& name, double seconds) {
+    if (const auto it = jobs_.find(name); it != jobs_.end()) {
+        it->second->CountMergeSeconds(seconds);
+    }
 }
 
 ResultVerdict JobQueue::RejectResult(WorkerId id, LeaseId lease_id, const std::string& reason,

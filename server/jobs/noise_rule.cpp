@@ -138,12 +138,13 @@ std::vector<float> RelativeDeviation(const Film& film) {
     return deviation;
 }
 
-std::vector<std::uint32_t> ShareByDeviation(const Film& film, const std::vector<float>& deviation,
+std::vector<std::uint32_t> ShareByDeviation(std::span<const std::uint32_t> planned,
+                                            const std::vector<float>& deviation,
                                             std::uint64_t budget, std::uint32_t salt) {
-    const std::size_t pixels = film.pixel_count();
+    const std::size_t pixels = planned.size();
     // A pixel of deviation s gets lambda s - n, at least 0 and at most 3 n: lambda by bisection.
     const auto wish = [&](std::size_t i, double lambda) {
-        const double n = film.SampleCount(i);
+        const double n = planned[i];
         return std::clamp(lambda * static_cast<double>(deviation[i]) - n, 0.0, 3 * n);
     };
     double low = 0, high = 1;

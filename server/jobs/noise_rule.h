@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/film/film.h"
@@ -18,9 +19,10 @@ namespace relume::jobs {
 std::vector<float> RelativeDeviation(const Film& film);
 
 // New samples of each pixel, `budget` in all (one less if it is odd), in pairs: in proportion to
-// the deviation counting what is there (Neyman 1934), but at most three times what is there. `salt`
-// chooses which pixels get the odd pair. All 0 if no pixel has any deviation.
-std::vector<std::uint32_t> ShareByDeviation(const Film& film, const std::vector<float>& deviation,
+// the deviation counting what is planned already (Neyman 1934), but at most three times that.
+// `salt` chooses which pixels get the odd pair. All 0 if no pixel has any deviation.
+std::vector<std::uint32_t> ShareByDeviation(std::span<const std::uint32_t> planned,
+                                            const std::vector<float>& deviation,
                                             std::uint64_t budget, std::uint32_t salt);
 
 }  // namespace relume::jobs

@@ -22,6 +22,9 @@
 // Its documented failure stays: a pixel that saw nothing (c = f, no variance) stops for ever, so
 // that rare light comes out dark.
 //
+// The rule compares the last two states of a pixel, so that a plan needs whole passes: workers wait
+// at the end of each.
+//
 // A pass that would exceed the budget is scaled down to it, all pixels alike: D is too noisy a
 // reading to choose by its size. A pixel whose newest samples were all bad (NaN) stops, so that it
 // can't keep a job alive.
@@ -62,6 +65,8 @@ class Paper final : public Planner {
         return fmt::format("paper:mode={},alpha={},pilot={},passes={}", mode_, alpha_name_, pilot_,
                            passes_);
     }
+
+    FilmView View() const override { return FilmView::kWhole; }
 
     Plan NextPass(const PlanInput& input) override {
         const Film& film = input.film;

@@ -1,6 +1,7 @@
 #include "server/jobs/pass.h"
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 
 #include "core/base/check.h"
@@ -30,60 +31,94 @@ void Pass::ForEachPixel(const TileRect& rect, F&& body) const {
 }
 
 Pass::Pass(const TileRect& window, int tile_size, std::vector<std::uint32_t> first,
-           std::vector<std::uint32_t> counts)
-    : window_(window), first_(std::move(first)), counts_(std::move(counts)) {
+           std::vector<std::uint32_t> counts, std::vector<std::uint32_t> cover)
+    : window_(window),
+      first_(std::move(first)),
+      counts_(std::move(counts)),
+      cover_(std::move(cover)) {
     RELUME_CHECK_EQ(counts_.size(), window.area());
     RELUME_CHECK_EQ(first_.size(), window.area());
+    RELUME_CHECK(cover_.empty() || cover_.size() == window.area());
     for (const TileRect& rect : CutIntoTiles(window, tile_size)) {
-        tiles_.push_back({rect, 0, {}});
+        tiles_.emplace_back().rect = rect;
     }
     for (std::uint32_t t = 0; t < tiles_.size(); ++t) {
-        std::vector<std::uint64_t> layers;
         ForEachPixel(tiles_[t].rect, [&](std::size_t i) {
-            if (counts_[i] == 0) {
-                return;
-            }
-            ++active_pixels_;
+            active_pixels_ += counts_[i] > 0 ? 1 : 0;
             total_samples_ += counts_[i];
-            const std::size_t needed = (counts_[i] + kMaxSamplesPerLease - 1) / kMaxSamplesPerLease;
-            if (layers.size() < needed) {
-                layers.resize(needed, 0);
-            }
-            for (std::size_t layer = 0; layer < needed; ++layer) {
-                layers[layer] += LayerCount(counts_[i], static_cast<std::uint32_t>(layer));
-            }
         });
-        for (std::uint32_t layer = 0; layer < layers.size(); ++layer) {
-            units_.push_back({t, layer, layers[layer], false});
-        }
+        tiles_[t].first_cover = AddUnits(t, false);
+        tiles_[t].cover_layers = cover_.empty() ? 0 : AddUnits(t, true);
     }
-    std::stable_sort(units_.begin(), units_.end(),
-                     [](const Unit& a, const Unit& b) { return a.layer < b.layer; });
+    std::stable_sort(units_.begin(), units_.end(), [](const Unit& a, const Unit& b) {
+        return std::tuple(a.cover, a.layer) < std::tuple(b.cover, b.layer);
+    });
+    first_cover_unit_ =
+        static_cast<std::size_t>(std::ranges::find_if(units_, &Unit::cover) - units_.begin());
+    unmerged_ = units_.size();
+    unmerged_but_cover_ = first_cover_unit_;
+    for (const Unit& unit : units_) {
+        left_ += unit.samples;
+        left_but_cover_ += unit.cover ? 0 : unit.samples;
+    }
+}
+
+// The units of one part of a tile; how many.
+std::uint32_t Pass::AddUnits(std::uint32_t tile, bool cover) {
+    std::vector<std::uint64_t> layers;
+    ForEachPixel(tiles_[tile].rect, [&](std::size_t i) {
+        const std::uint32_t count = Count(i, cover);
+        const std::size_t needed = (count + kMaxSamplesPerLease - 1) / kMaxSamplesPerLease;
+        if (layers.size() < needed) {
+            layers.resize(needed, 0);
+        }
+        for (std::size_t layer = 0; layer < needed; ++layer) {
+            layers[layer] += LayerCount(count, static_cast<std::uint32_t>(layer));
+        }
+    });
+    for (std::uint32_t layer = 0; layer < layers.size(); ++layer) {
+        units_.push_back({tile, layer, cover, false, layers[layer]});
+    }
+    return static_cast<std::uint32_t>(layers.size());
 }
 
 TileTask Pass::Task(std::size_t unit) const {
-    const auto& [t, layer, samples, done] = units_[unit];
+    const Unit& u = units_[unit];
     TileTask task;
-    task.rect = tiles_[t].rect;
+    task.rect = tiles_[u.tile].rect;
     task.first.reserve(task.rect.area());
     task.count.reserve(task.rect.area());
-    ForEachPixel(task.rect, [&, l = layer](std::size_t i) {
-        task.first.push_back(first_[i] + l * kMaxSamplesPerLease);
-        task.count.push_back(LayerCount(counts_[i], l));
+    ForEachPixel(task.rect, [&](std::size_t i) {
+        const std::uint32_t before = u.cover ? Count(i, false) : 0;
+        task.first.push_back(first_[i] + before + u.layer * kMaxSamplesPerLease);
+        task.count.push_back(LayerCount(Count(i, u.cover), u.layer));
     });
     return task;
 }
 
-void Pass::Accept(std::size_t unit, TileResult result, Film* film) {
-    RELUME_CHECK(!units_[unit].done);
-    units_[unit].done = true;
-    ++done_;
-    Tile& tile = tiles_[units_[unit].tile];
-    tile.waiting.emplace(units_[unit].layer, std::move(result));
-    while (!tile.waiting.empty() && tile.waiting.begin()->first == tile.merged) {
+void Pass::Accept(std::size_t unit, TileResult result) {
+    Unit& u = units_[unit];
+    RELUME_CHECK(!u.done);
+    u.done = true;
+    left_ -= u.samples;
+    left_but_cover_ -= u.cover ? 0 : u.samples;
+    Tile& tile = tiles_[u.tile];
+    tile.waiting.emplace(u.layer + (u.cover ? tile.first_cover : 0), std::move(result));
+}
+
+void Pass::Merge(std::size_t index, bool open, Film* film) {
+    Tile& tile = tiles_[index];
+    while (!tile.waiting.empty() && tile.waiting.begin()->first == tile.merged &&
+           (open || tile.merged < tile.first_cover)) {
         film->Merge(tile.waiting.begin()->second);
         tile.waiting.erase(tile.waiting.begin());
+        --unmerged_;
+        unmerged_but_cover_ -= tile.merged < tile.first_cover ? 1 : 0;
         ++tile.merged;
+        if (Merged(index)) {
+            tile.error = 0;
+            ForEachPixel(tile.rect, [&](std::size_t i) { tile.error += film->EstimateRelMSE(i); });
+        }
     }
 }
 

@@ -13,26 +13,45 @@ namespace relume::jobs {
 // are grouped depends on the plan alone, never on tiles or workers.
 inline constexpr std::uint32_t kMaxSamplesPerLease = 64;
 
-// One pass, cut into units of tile x layer, each the matter of one lease at a time.
+// One pass, cut into units of tile x part x layer, each the matter of one lease at a time. The
+// parts are what the next plan waits for and the cover (cover.h).
 class Pass {
   public:
     // `counts`: samples for each pixel of the window, row-major. `first`: index of each pixel's
-    // next sample.
+    // next sample. `cover`: how many of each pixel's last samples are the cover; empty: none.
     Pass(const TileRect& window, int tile_size, std::vector<std::uint32_t> first,
-         std::vector<std::uint32_t> counts);
+         std::vector<std::uint32_t> counts, std::vector<std::uint32_t> cover = {});
 
-    // Units in order of issue: all tiles of layer 0, then those of layer 1. Units without samples
-    // do not exist.
+    // Units in order of issue: all tiles of layer 0, then those of layer 1, and so the cover's.
+    // Units without samples do not exist.
     std::size_t unit_count() const { return units_.size(); }
+    // Units from here on are the cover's.
+    std::size_t first_cover_unit() const { return first_cover_unit_; }
     TileTask Task(std::size_t unit) const;
     std::uint64_t Samples(std::size_t unit) const { return units_[unit].samples; }
+    std::size_t TileOf(std::size_t unit) const { return units_[unit].tile; }
     bool Done(std::size_t unit) const { return units_[unit].done; }
 
-    // Takes the result of a unit, once, and merges into `film` whatever of the tile has its turn: a
-    // layer that comes before its predecessor waits.
-    void Accept(std::size_t unit, TileResult result, Film* film);
+    // Takes the result of a unit, once. It waits for Merge.
+    void Accept(std::size_t unit, TileResult result);
+    // Merges into `film` whatever of the tile has its turn: what comes before its predecessor
+    // waits, and the cover unless it is `open`.
+    void Merge(std::size_t tile, bool open, Film* film);
 
-    bool complete() const { return done_ == units_.size(); }
+    std::size_t tile_count() const { return tiles_.size(); }
+    bool Merged(std::size_t tile) const {
+        return tiles_[tile].merged == tiles_[tile].first_cover + tiles_[tile].cover_layers;
+    }
+    // All of it, or all but the cover, is in the film.
+    bool merged() const { return unmerged_ == 0; }
+    bool merged_but_cover() const { return unmerged_but_cover_ == 0; }
+    // Samples of units that are not done, without and with the cover.
+    std::uint64_t samples_left_but_cover() const { return left_but_cover_; }
+    std::uint64_t samples_left() const { return left_; }
+    // Sum of the film's EstimateRelMSE over a tile's pixels after the pass; below 0 if the pass has
+    // no samples there, or not all of them are merged.
+    double TileError(std::size_t tile) const { return tiles_[tile].error; }
+
     std::uint64_t total_samples() const { return total_samples_; }
     std::uint64_t active_pixels() const { return active_pixels_; }
     // What the next pass starts from: `first` after all samples of this one.
@@ -41,23 +60,32 @@ class Pass {
   private:
     struct Unit {
         std::uint32_t tile = 0, layer = 0;
+        bool cover = false, done = false;
         std::uint64_t samples = 0;
-        bool done = false;
     };
     struct Tile {
         TileRect rect;
-        std::uint32_t merged = 0;                     // layers in the film
-        std::map<std::uint32_t, TileResult> waiting;  // by layer
+        std::uint32_t first_cover = 0, cover_layers = 0;  // layers, the cover's behind the others
+        std::uint32_t merged = 0;                         // layers in the film
+        std::map<std::uint32_t, TileResult> waiting;      // by layer
+        double error = -1;
     };
 
     template <typename F>
     void ForEachPixel(const TileRect& rect, F&& body) const;
+    std::uint32_t Count(std::size_t i, bool cover) const {
+        const std::uint32_t kept = cover_.empty() ? 0 : cover_[i];
+        return cover ? kept : counts_[i] - kept;
+    }
+    std::uint32_t AddUnits(std::uint32_t tile, bool cover);
 
     TileRect window_;
-    std::vector<std::uint32_t> first_, counts_;
+    std::vector<std::uint32_t> first_, counts_, cover_;
     std::vector<Tile> tiles_;
     std::vector<Unit> units_;
-    std::size_t done_ = 0;
+    std::size_t first_cover_unit_ = 0;
+    std::size_t unmerged_ = 0, unmerged_but_cover_ = 0;  // units
+    std::uint64_t left_ = 0, left_but_cover_ = 0;
     std::uint64_t total_samples_ = 0, active_pixels_ = 0;
 };
 

@@ -49,7 +49,17 @@ struct PlanInput {
     std::uint32_t max_spp = std::numeric_limits<std::uint32_t>::max();
 };
 
+// Samples of each pixel that are planned so far.
+std::vector<std::uint32_t> PlannedCounts(const PlanInput& input);
+
 inline constexpr const char* kBudgetSpent = "sample budget spent";
+
+// What the film holds when a planner looks at it. Workers never wait for a plan but with kWhole.
+enum class FilmView {
+    kNothing,  // any part of what is planned: only its size may be looked at, not its samples
+    kLagging,  // all passes, but of the last one without what cover.h keeps back
+    kWhole,    // all passes: workers have nothing to do while the last leases of one are awaited
+};
 
 // Decides where samples go ("sampler" on the command line). One object serves one job: it may keep
 // state from pass to pass. Its plans are pure functions of the films it was shown. Not thread-safe.
@@ -58,7 +68,8 @@ class Planner {
     virtual ~Planner() = default;
     // Name with all parameters, "paper:mode=corrected,...".
     virtual std::string Describe() const = 0;
-    // The next pass, called once a pass.
+    virtual FilmView View() const = 0;
+    // The next pass, called once a pass, on any thread.
     virtual Plan NextPass(const PlanInput& input) = 0;
 };
 

@@ -53,6 +53,17 @@ std::unique_ptr<Planner> MakePlanner(const std::string& text) {
     ThrowInvalidArgument(fmt::format("unknown sampler '{}'; known: {}", named.name, known));
 }
 
+std::vector<std::uint32_t> PlannedCounts(const PlanInput& input) {
+    std::vector<std::uint32_t> planned(input.planned.begin(), input.planned.end());
+    if (planned.empty()) {
+        planned.resize(input.film.pixel_count());
+        for (std::size_t i = 0; i < planned.size(); ++i) {
+            planned[i] = input.film.NextIndex(i);
+        }
+    }
+    return planned;
+}
+
 int ReadPilot(const ParamSet& params, const char* sampler, int otherwise, int least) {
     const int pilot = params.GetInt("pilot", otherwise);
     if (pilot < least || pilot > 4096 || pilot % 2 != 0) {

@@ -24,6 +24,8 @@ class Uniform final : public Planner {
 
     std::string Describe() const override { return fmt::format("uniform:pilot={}", pilot_); }
 
+    FilmView View() const override { return FilmView::kNothing; }
+
     Plan NextPass(const PlanInput& input) override {
         const Film& film = input.film;
         const std::uint64_t budget = input.budget;

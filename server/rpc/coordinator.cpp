@@ -20,6 +20,11 @@ constexpr double kTickSeconds = 0.1;
 constexpr std::size_t kOverJobsKept = 1000;  // with their results
 constexpr const char* kJobPrefix = "jobs/";
 
+// What the time to finish an image depends on, beside its size.
+std::string FinishKind(const CheckedSpec& spec) {
+    return spec.filter + (spec.message.all_layers() ? " all layers" : "");
+}
+
 std::string RandomName() {
     std::random_device random;
     return fmt::format("{}{:08x}{:08x}", kJobPrefix, random(), random());
@@ -69,12 +74,20 @@ std::string Coordinator::CreateJob(const std::string& request_id, CheckedSpec sp
     while (records_.count(name) != 0) {
         name = RandomName();
     }
-    queue_.AddJob(name, spec.Setup(), Now());
+    jobs::JobSetup setup = spec.Setup();
+    const auto cancel = std::make_shared<CancelToken>();
+    if (spec.budgets.seconds) {
+        setup.estimators.finish_seconds = [this, spec, cancel](const Film& film) {
+            return PredictFinish(film, spec, *cancel);
+        };
+    }
+    queue_.AddJob(name, std::move(setup), Now());
     spdlog::info("{}: {} at {}x{}, {}, sampler {}, filter {}", name, spec.manifest.main,
                  spec.settings.Window().width(), spec.settings.Window().height(),
                  jobs::Describe(spec.budgets), spec.sampler, spec.filter);
     Record& record = records_[name];
     record.scene_sha256 = ManifestDigest(spec.manifest);
+    record.cancel = cancel;
     record.spec = std::move(spec);
     record.brief = record.spec.message;
     record.brief.mutable_scene()->clear_entries();
@@ -124,9 +137,11 @@ void Coordinator::ForEach(const std::set<Listener*>& listeners, void (Listener::
 }
 
 void Coordinator::Changed() {
+    StartPlans();
     StartFilters();
     while (queue_.TakeNews()) {
         ForEach(worker_streams_, &Listener::Advance);
+        StartPlans();
         StartFilters();
     }
     ForEach(watchers_, &Listener::Advance);
@@ -136,6 +151,28 @@ void Coordinator::StopStreams() {
     stopping_ = true;
     ForEach(worker_streams_, &Listener::Stop);
     ForEach(watchers_, &Listener::Stop);
+}
+
+void Coordinator::StartPlans() {
+    while (!stopping_) {
+        auto taken = queue_.TakePlanWork(Now());
+        if (!taken) {
+            return;
+        }
+        plan_.Post([this, work = std::move(*taken), cancel = records_.at(taken->name).cancel] {
+            if (cancel->cancelled()) {
+                return;
+            }
+            const auto result = std::make_shared<jobs::PlanResult>(jobs::RunPlan(work));
+            control_.Post([this, name = work.name, result] {
+                if (!result->failure.empty()) {
+                    spdlog::error("{}: {}", name, result->failure);
+                }
+                queue_.Planned(name, std::move(*result), Now());
+                Changed();
+            });
+        });
+    }
 }
 
 void Coordinator::StartFilters() {
@@ -148,21 +185,38 @@ void Coordinator::StartFilters() {
         const auto& info = queue_.Get(work->name);
         spdlog::info("{}: {} samples in {} passes after {:.2f} s ({})", work->name,
                      info.samples_done, info.passes.size(), info.render_seconds, info.message);
-        filter_.Post([this, work = std::move(*work), spec = record.spec, cancel = record.cancel,
-                      numeric_class = info.numeric_class] {
-            Filter(work.name, *work.film, spec, numeric_class, *cancel);
-        });
+        filter_.Post(
+            [this, work = std::move(*work), spec = record.spec, cancel = record.cancel,
+             numeric_class = info.numeric_class] { Filter(work, spec, numeric_class, *cancel); });
     }
 }
 
-void Coordinator::Filter(const std::string& name, const Film& film, const CheckedSpec& spec,
+// By what was measured, else by doing it once with the samples so far.
+double Coordinator::PredictFinish(const Film& film, const CheckedSpec& spec,
+                                  const CancelToken& cancel) {
+    const std::string kind = FinishKind(spec);
+    if (const auto seconds = finish_times_.Predict(kind, film.pixel_count())) {
+        return *seconds;
+    }
+    jobs::JobQueue::FilterWork trial;
+    trial.film = {std::shared_ptr<const Film>(), &film};  // not owned
+    const TimePoint start = Now();
+    Sha256Hex(FinishImage(trial, spec, "", cancel).exr);
+    finish_times_.Add(kind, film.pixel_count(), ToSeconds(Now() - start));
+    return ToSeconds(Now() - start);
+}
+
+void Coordinator::Filter(const jobs::JobQueue::FilterWork& work, const CheckedSpec& spec,
                          const std::string& numeric_class, const CancelToken& cancel) {
+    const std::string& name = work.name;
     std::string failure;
+    const TimePoint start = Now();
     try {
-        FinishedImage finished = FinishImage(film, spec, numeric_class, cancel);
+        FinishedImage finished = FinishImage(work, spec, numeric_class, cancel);
         std::string sha256 = Sha256Hex(finished.exr);
         if (!cancel.cancelled()) {
             results_.Put(JobId(name), finished.exr);
+            finish_times_.Add(FinishKind(spec), work.film->pixel_count(), ToSeconds(Now() - start));
             control_.Post(
                 [this, name, outcome = std::move(finished.outcome), sha256 = std::move(sha256)] {
                     if (const auto record = records_.find(name); record != records_.end()) {

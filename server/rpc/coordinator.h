@@ -11,6 +11,7 @@
 #include "core/base/clock.h"
 #include "server/jobs/job_queue.h"
 #include "server/rpc/executor.h"
+#include "server/rpc/finish_times.h"
 #include "server/rpc/job_message.h"
 #include "server/rpc/job_spec.h"
 #include "server/store/blob_store.h"
@@ -36,8 +37,8 @@ class Listener {
 
 // What the services share: the queue of jobs, the store, and the threads that work on them. The
 // control thread owns all state of jobs and workers; the io thread reads and writes files; the
-// filter thread finishes images, one at a time. Services post their work there and answer from
-// there.
+// plan thread plans passes, the filter thread finishes images, one at a time each. Services post
+// their work there and answer from there.
 class Coordinator {
   public:
     explicit Coordinator(const CoordinatorOptions& options);
@@ -73,7 +74,8 @@ class Coordinator {
     void Remove(Listener* listener);
     std::size_t worker_stream_count() const { return worker_streams_.size(); }
     bool stopping() const { return stopping_; }
-    // Call after whatever may have changed a job: starts filters, gives leases out, tells watchers.
+    // Call after whatever may have changed a job: starts plans and filters, gives leases out, tells
+    // watchers.
     void Changed();
     // Tells all streams to end.
     void StopStreams();
@@ -85,12 +87,14 @@ class Coordinator {
         std::string request_id;
         std::string scene_sha256;
         std::string result_sha256;
-        std::shared_ptr<CancelToken> cancel = std::make_shared<CancelToken>();
+        std::shared_ptr<CancelToken> cancel;
     };
 
     static void ForEach(const std::set<Listener*>& listeners, void (Listener::*call)());
+    void StartPlans();
     void StartFilters();
-    void Filter(const std::string& name, const Film& film, const CheckedSpec& spec,
+    double PredictFinish(const Film& film, const CheckedSpec& spec, const CancelToken& cancel);
+    void Filter(const jobs::JobQueue::FilterWork& work, const CheckedSpec& spec,
                 const std::string& numeric_class, const CancelToken& cancel);
 
     SteadyClock clock_;
@@ -99,6 +103,7 @@ class Coordinator {
     store::DataFolder folder_;
     store::BlobStore blobs_;
     store::ResultStore results_;
+    FinishTimes finish_times_;
 
     // Of the control thread.
     jobs::JobQueue queue_;
@@ -107,9 +112,10 @@ class Coordinator {
     std::set<Listener*> worker_streams_, watchers_;
     bool stopping_ = false;
 
-    // Last, so that they end first: filter and io may still post to control.
+    // Last, so that they end first: the others may still post to control.
     SerialExecutor control_{"control"};
     SerialExecutor io_{"io"};
+    SerialExecutor plan_{"plan"};
     SerialExecutor filter_{"filter"};
 };
 

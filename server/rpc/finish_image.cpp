@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <google/protobuf/util/json_util.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/base/clock.h"
@@ -36,6 +37,16 @@ std::optional<double> MeanError(const denoise::Result& result) {
     return sum / static_cast<double>(result.error->size());
 }
 
+void AddDecisions(const jobs::JobQueue::FilterWork& work, Image* image) {
+    if (!work.selector.empty()) {
+        std::ranges::copy(work.selector, image->Plane(image->Add("selector.Y")).begin());
+    }
+    if (!work.decisions.empty()) {
+        std::ranges::transform(work.decisions, image->Plane(image->Add("decision.Y")).begin(),
+                               [](jobs::Decision d) { return static_cast<float>(d); });
+    }
+}
+
 }  // namespace
 
 ErrorEstimate EstimateError(const Film& film) {
@@ -50,8 +61,9 @@ ErrorEstimate EstimateError(const Film& film) {
     return {mean, n > 1 ? 1.96 * std::sqrt(std::max(0.0, squares / n - mean * mean) / (n - 1)) : 0};
 }
 
-FinishedImage FinishImage(const Film& film, const CheckedSpec& spec,
+FinishedImage FinishImage(const jobs::JobQueue::FilterWork& work, const CheckedSpec& spec,
                           const std::string& numeric_class, const CancelToken& cancel) {
+    const Film& film = *work.film;
     const SteadyClock clock;
     const TimePoint start = clock.Now();
     const denoise::Frame frame = denoise::FrameFromFilm(film);
@@ -64,6 +76,9 @@ FinishedImage FinishImage(const Film& film, const CheckedSpec& spec,
     finished.outcome.mse = MeanError(result);
 
     Image image = denoise::AssembleOutput(film, frame, result, spec.message.all_layers());
+    if (spec.message.all_layers()) {
+        AddDecisions(work, &image);
+    }
     const ErrorEstimate error = EstimateError(film);
     auto& metadata = image.metadata();
     metadata["relume.version"] = kBuild;

@@ -102,6 +102,7 @@ void InfoToProto(const jobs::JobInfo& info, const WallClock& wall, v1::Job* job)
         p->set_active_pixels(pass.active_pixels);
         p->set_relmse(pass.relmse);
         p->set_seconds(pass.seconds);
+        p->set_plan_seconds(pass.plan_seconds);
         if (pass.image_relmse) {
             p->set_image_relmse(*pass.image_relmse);
         }
@@ -124,6 +125,8 @@ void InfoToProto(const jobs::JobInfo& info, const WallClock& wall, v1::Job* job)
         SetTime(wall.At(*info.ended), job->mutable_end_time());
     }
     job->set_render_seconds(info.render_seconds);
+    job->set_plan_seconds(info.plan_seconds);
+    job->set_merge_seconds(info.merge_seconds);
     job->mutable_notes()->Assign(info.notes.begin(), info.notes.end());
     ExpectationsToProto(info, job);
     if (info.outcome) {

@@ -168,6 +168,7 @@ void WorkSession::HandleResult(const v1::LeaseResult& result) {
     tile.rays = result.rays();
     tile.seconds = result.seconds();
     queue.AddResult(worker_, lease, result.job(), std::move(tile), now);
+    queue.CountMergeSeconds(result.job(), ToSeconds(coordinator_->Now() - now));
 }
 
 void WorkSession::Advance() {

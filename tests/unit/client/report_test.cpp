@@ -24,6 +24,8 @@ v1::Job MakeJob() {
     job.set_samples_done(40'000);
     job.set_rays(120'000);
     job.set_render_seconds(2);
+    job.set_plan_seconds(0.25);
+    job.set_merge_seconds(0.0625);
     job.set_relmse(0.25);
     auto* pass = job.add_passes();
     pass->set_samples(20'000);
@@ -32,6 +34,7 @@ v1::Job MakeJob() {
     job.set_predicted_seconds(9);
     job.set_elapsed_seconds(10);
     job.add_forecast()->set_samples(80'000);
+    pass->set_plan_seconds(0.125);
     for (const auto& [name, samples] : {std::pair{"a", 30'000}, std::pair{"b", 10'000}}) {
         auto* worker = job.add_workers();
         worker->set_worker(name);
@@ -84,6 +87,9 @@ TEST(Report, TellsWhatTheJobTells) {
     EXPECT_EQ(report["forecast"]["seconds_real"], 10);
     EXPECT_EQ(report["forecast"]["curve"][0]["samples"], 80'000);
     EXPECT_EQ(report["image"]["sha256"], "abc");
+    EXPECT_EQ(report["passes"][0]["plan_seconds"], 0.125);
+    EXPECT_EQ(report["seconds"]["planning"], 0.25);
+    EXPECT_EQ(report["seconds"]["merging"], 0.0625);
     EXPECT_EQ(report["seconds"]["wait"], 0.5);  // 3 - 2 - 0.5
 }
 

@@ -65,19 +65,17 @@ Film RunAdaptive(std::uint64_t budget, Value value) {
 }
 
 TEST(NoiseRule, SharesInProportionCountingWhatIsThere) {
-    Film film({0, 0, 2, 1}, 2, 1);
-    Render(
-        {8, 8}, [](int, int, std::uint32_t) { return 1.0f; }, &film);
+    const std::vector<std::uint32_t> planned{8, 8};
     // 40 in all as 1 to 3: 10 and 30.
-    const auto counts = ShareByDeviation(film, {1, 3}, 24, 1);
+    const auto counts = ShareByDeviation(planned, {1, 3}, 24, 1);
     EXPECT_EQ(Sum(counts), 24u);
     EXPECT_NEAR(counts[0], 2, 2);
     EXPECT_NEAR(counts[1], 22, 2);
     // At most three times what is there; what that leaves goes to the others.
-    const auto most = ShareByDeviation(film, {1, 1000}, 40, 1);
+    const auto most = ShareByDeviation(planned, {1, 1000}, 40, 1);
     EXPECT_EQ(Sum(most), 40u);
     EXPECT_NEAR(most[1], 24, 2);
-    EXPECT_EQ(Sum(ShareByDeviation(film, {0, 0}, 40, 1)), 0u);
+    EXPECT_EQ(Sum(ShareByDeviation(planned, {0, 0}, 40, 1)), 0u);
 }
 
 TEST(NoiseRule, DeviationIsRelativeAndPooled) {

@@ -17,6 +17,13 @@ using testing::Each;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
+void RenderAll(Pass* pass, Film* film) {
+    for (std::size_t unit = 0; unit < pass->unit_count(); ++unit) {
+        pass->Accept(unit, PseudoRender(pass->Task(unit)));
+        pass->Merge(pass->TileOf(unit), true, film);
+    }
+}
+
 double NoTime() { return 0; }
 
 // Renders a job to its end, at a speed, in simulated time.
@@ -37,9 +44,7 @@ class BudgetedJob {
                 return *pass.stop;
             }
             Pass render(film_.window(), 16, planned_, pass.plan.counts);
-            for (std::size_t unit = 0; unit < render.unit_count(); ++unit) {
-                render.Accept(unit, PseudoRender(render.Task(unit)), &film_);
-            }
+            RenderAll(&render, &film_);
             planned_ = render.NextFirst();
             passes_.push_back(render.total_samples());
             plans_.push_back(std::move(pass.plan));
@@ -111,6 +116,7 @@ TEST(BudgetedPlanner, NoPixelGetsMoreThanTheMost) {
 class Insatiable final : public Planner {
   public:
     std::string Describe() const override { return "insatiable"; }
+    FilmView View() const override { return FilmView::kNothing; }
     Plan NextPass(const PlanInput& input) override {
         targets.push_back(input.target.value_or(-1));
         const std::size_t n = input.film.pixel_count();
@@ -119,6 +125,16 @@ class Insatiable final : public Planner {
     }
     std::vector<double> targets;
 };
+
+TEST(BudgetedPlanner, TargetAndTimeNeedAFilm) {
+    Budgets budgets;
+    budgets.samples = 100;
+    EXPECT_EQ(BudgetedPlanner(MakePlanner("uniform"), budgets, {}).View(), FilmView::kNothing);
+    EXPECT_EQ(BudgetedPlanner(MakePlanner("paper"), budgets, {}).View(), FilmView::kWhole);
+    budgets.seconds = 1;
+    EXPECT_EQ(BudgetedPlanner(MakePlanner("uniform"), budgets, {}).View(), FilmView::kLagging);
+    EXPECT_EQ(BudgetedPlanner(MakePlanner("paper"), budgets, {}).View(), FilmView::kWhole);
+}
 
 TEST(BudgetedPlanner, CappedPixelsAreMarkedAndTheTargetIsPassedOn) {
     Film film({0, 0, 2, 1}, 2, 1);
@@ -130,7 +146,7 @@ TEST(BudgetedPlanner, CappedPixelsAreMarkedAndTheTargetIsPassedOn) {
     BudgetedPlanner planner(std::move(insatiable), budgets, {[](const Film&) { return 9.0; }, {}});
     const std::vector<std::uint32_t> planned{8, 7};
     Pass rendered(film.window(), 16, {0, 0}, planned);
-    rendered.Accept(0, PseudoRender(rendered.Task(0)), &film);
+    RenderAll(&rendered, &film);
     const auto pass = planner.NextPass({film, planned, nullptr, 15, 0, NoTime});
     EXPECT_THAT(pass.plan.counts, ElementsAre(0, 1));
     EXPECT_THAT(pass.plan.decisions, Each(Decision::kCapped));
@@ -172,11 +188,10 @@ TEST(BudgetedPlanner, WhatTheFilmLacksIsCountedIn) {
         counts[i] = 32;
     }
     Pass pass(film.window(), 16, std::vector<std::uint32_t>(counts.size(), 0), counts);
-    for (std::size_t unit = 0; unit < pass.unit_count(); ++unit) {
-        pass.Accept(unit, PseudoRender(pass.Task(unit)), &film);
-    }
+    RenderAll(&pass, &film);
     Budgets budgets;
     budgets.samples = 1u << 30;
+    budgets.target = 1e-6;
     BudgetedPlanner plain(MakePlanner("uniform"), budgets, {});
     double half = 0, whole = 0;
     for (std::size_t i = 0; i < counts.size(); ++i) {
@@ -243,16 +258,14 @@ TEST(BudgetedPlanner, ALimitTooShortForTheFirstPassCutsIt) {
 
 TEST(BudgetedPlanner, EachPassIsToldWithTheErrorThatIsExpected) {
     Budgets budgets;
-    budgets.samples = 6400;
+    budgets.target = 1e-6;
     Film film({0, 0, 20, 10}, 20, 10);
     BudgetedPlanner planner(MakePlanner("uniform"), budgets, {});
     std::vector<std::uint32_t> planned(film.pixel_count(), 0);
     const auto first = planner.NextPass({film, planned, nullptr, 0, 0, NoTime});
     EXPECT_FALSE(first.expected_error);
     Pass pass(film.window(), 16, planned, first.plan.counts);
-    for (std::size_t unit = 0; unit < pass.unit_count(); ++unit) {
-        pass.Accept(unit, PseudoRender(pass.Task(unit)), &film);
-    }
+    RenderAll(&pass, &film);
     planned = pass.NextFirst();
     const auto second = planner.NextPass({film, planned, nullptr, 800, 0, NoTime});
     EXPECT_NEAR(*second.expected_error, film.EstimateRelMSE() / 2, 1e-12);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
+#include "tests/unit/jobs/plan_now.h"
 #include "tests/unit/jobs/pseudo_renderer.h"
 
 namespace relume::jobs {
@@ -23,7 +24,7 @@ class JobQueueTest : public testing::Test {
         setup.display_width = 48;
         setup.display_height = 16;
         setup.tile_size = 16;
-        setup.budget = budget;
+        setup.budgets.samples = budget;
         setup.planner = MakePlanner("uniform");
         queue.AddJob(name, std::move(setup), now);
     }
@@ -32,9 +33,14 @@ class JobQueueTest : public testing::Test {
         queue.SetCredits(id, credits, 0);
         return id;
     }
+    // Plans whatever is to be planned at once.
+    std::optional<LeaseGrant> NextLease(WorkerId id) {
+        auto lease = queue.NextLease(id, now);
+        return lease || !PlanNow(&queue, now) ? lease : NextLease(id);
+    }
     std::vector<LeaseGrant> TakeAll(WorkerId id) {
         std::vector<LeaseGrant> leases;
-        while (auto lease = queue.NextLease(id, now)) {
+        while (auto lease = NextLease(id)) {
             leases.push_back(std::move(*lease));
         }
         return leases;
@@ -237,7 +243,7 @@ TEST_F(JobQueueTest, TimesBeyondReasonAreNotBelieved) {
         TileResult result = PseudoRender(lease[0].task);
         result.seconds = seconds;
         EXPECT_EQ(queue.AddResult(w, lease[0].id, "jobs/a", result, now), ResultVerdict::kMerged);
-        const auto next = queue.NextLease(w, now);
+        const auto next = NextLease(w);
         ASSERT_TRUE(next.has_value());
         EXPECT_GE(next->deadline_seconds, kMinDeadlineSeconds);
         EXPECT_LE(next->deadline_seconds, kDeadlineFactor * kMaxPredictedSeconds);
@@ -371,7 +377,7 @@ TEST_F(JobQueueTest, SpeedIsMeasured) {
     // The pseudo renderer says a microsecond a sample.
     EXPECT_NEAR(queue.Workers(now)[0].samples_per_second, 1e6, 1);
     EXPECT_EQ(queue.Workers(now)[0].samples_done, 16u * 16u * 4u);
-    EXPECT_DOUBLE_EQ(queue.NextLease(w, now)->deadline_seconds, kMinDeadlineSeconds);
+    EXPECT_DOUBLE_EQ(NextLease(w)->deadline_seconds, kMinDeadlineSeconds);
 }
 
 TEST_F(JobQueueTest, EventsTellTheStoryAndEndWithTheEnd) {

@@ -46,10 +46,11 @@ Film RunInOrder(int tile_size, std::uint32_t shuffle_seed) {
         std::shuffle(order.begin(), order.end(), random);
     }
     for (const std::size_t unit : order) {
-        EXPECT_FALSE(pass.complete());
-        pass.Accept(unit, PseudoRender(pass.Task(unit)), &film);
+        EXPECT_FALSE(pass.merged());
+        pass.Accept(unit, PseudoRender(pass.Task(unit)));
+        pass.Merge(pass.TileOf(unit), true, &film);
     }
-    EXPECT_TRUE(pass.complete());
+    EXPECT_TRUE(pass.merged());
     return film;
 }
 
@@ -99,13 +100,16 @@ TEST(Pass, ALayerWaitsForItsPredecessor) {
     Film film(window, 1, 1);
     Pass pass(window, 8, {0}, {130});
     ASSERT_EQ(pass.unit_count(), 3u);
-    pass.Accept(2, PseudoRender(pass.Task(2)), &film);
+    pass.Accept(2, PseudoRender(pass.Task(2)));
+    pass.Merge(0, true, &film);
     EXPECT_EQ(film.NextIndex(0), 0u);
-    pass.Accept(0, PseudoRender(pass.Task(0)), &film);
+    pass.Accept(0, PseudoRender(pass.Task(0)));
+    pass.Merge(0, true, &film);
     EXPECT_EQ(film.NextIndex(0), 64u);
-    pass.Accept(1, PseudoRender(pass.Task(1)), &film);
+    pass.Accept(1, PseudoRender(pass.Task(1)));
+    pass.Merge(0, true, &film);
     EXPECT_EQ(film.NextIndex(0), 130u);
-    EXPECT_TRUE(pass.complete());
+    EXPECT_TRUE(pass.merged());
 }
 
 }  // namespace

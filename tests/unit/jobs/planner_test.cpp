@@ -28,7 +28,8 @@ void Render(const std::vector<std::uint32_t>& counts, Film* film) {
     }
     Pass pass(film->window(), 16, first, counts);
     for (std::size_t unit = 0; unit < pass.unit_count(); ++unit) {
-        pass.Accept(unit, PseudoRender(pass.Task(unit)), film);
+        pass.Accept(unit, PseudoRender(pass.Task(unit)));
+        pass.Merge(pass.TileOf(unit), true, film);
     }
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "server/jobs/job_queue.h"
+#include "tests/unit/jobs/plan_now.h"
 #include "tests/unit/jobs/pseudo_renderer.h"
 
 namespace relume::jobs {
@@ -44,7 +45,7 @@ inline FarmRun RunFarm(const std::string& sampler, const TileRect& window, int t
     setup.display_width = window.x1;
     setup.display_height = window.y1;
     setup.tile_size = tile_size;
-    setup.budget = budget;
+    setup.budgets.samples = budget;
     setup.planner = MakePlanner(sampler);
     queue.AddJob("jobs/a", std::move(setup), now);
 
@@ -79,6 +80,9 @@ inline FarmRun RunFarm(const std::string& sampler, const TileRect& window, int t
             queue.SceneReady(w, "jobs/a", {}, now);
         }
         queue.Tick(now);
+        if (chance(0.2)) {  // plans take their time
+            PlanNow(&queue, now);
+        }
         while (auto lease = queue.NextLease(id, now)) {
             if (!chance(habits.lose)) {
                 const double wait = chance(habits.slow) ? lease->deadline_seconds * 1.5 : 0;
