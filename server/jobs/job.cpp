@@ -17,6 +17,8 @@ constexpr std::size_t kMaxNotes = 100;
 // Planned and not wholly in the film, where plans need not wait for it.
 constexpr std::size_t kMaxOpenPasses = 3;
 
+constexpr std::size_t kMergesAtOnce = 16;  // tiles of a backlog, with each result
+
 }  // namespace
 
 Job::Job(const std::string& name, std::uint64_t number, JobSetup setup, TimePoint now)
@@ -119,6 +121,7 @@ void Job::Accept(std::size_t unit, const std::string& worker, TileResult result,
     pending_.erase(unit);
     open.pass->Accept(Local(unit), std::move(result));
     MergeTile(open.pass->TileOf(Local(unit)));
+    MergeBacklog();
     Proceed(now);
     if (ToSeconds(now - last_publish_) >= kProgressSeconds) {
         Publish(now);
@@ -132,6 +135,15 @@ void Job::MergeTile(std::size_t tile) {
         if (!open.pass->Merged(tile)) {
             return;
         }
+    }
+}
+
+// A few at a time, so that nobody has to wait for long; all if they are what is waited for.
+void Job::MergeBacklog() {
+    const bool all = SamplesAwaited() == 0;
+    for (std::size_t n = 0; !backlog_.empty() && (all || n < kMergesAtOnce); ++n) {
+        MergeTile(backlog_.back());
+        backlog_.pop_back();
     }
 }
 
@@ -245,10 +257,15 @@ void Job::Planned(PlanResult result, TimePoint now) {
     } else {
         stop_ = std::move(result.stop);
     }
-    // The cover that was kept from the plan.
-    for (std::size_t tile = 0; !open_.empty() && tile < open_.front().pass->tile_count(); ++tile) {
-        MergeTile(tile);
+    if (!open_.empty()) {
+        const Pass& oldest = *open_.front().pass;
+        for (std::size_t tile = 0; tile < oldest.tile_count(); ++tile) {
+            if (oldest.Waits(tile)) {
+                backlog_.push_back(tile);
+            }
+        }
     }
+    MergeBacklog();
     Proceed(now);
     Publish(now);
 }
@@ -375,6 +392,7 @@ void Job::Release() {
     planned_.reset();
     open_.clear();
     pending_.clear();
+    backlog_.clear();
     selector_ = {};
     decisions_ = {};
     tile_error_ = {};

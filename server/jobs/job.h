@@ -139,6 +139,7 @@ class Job {
 
     void Open(PlanResult* result);
     void MergeTile(std::size_t tile);
+    void MergeBacklog();
     // Ends passes that are merged, asks for a plan, comes to FILTERING: whatever has its turn.
     void Proceed(TimePoint now);
     void EndPass(TimePoint now);
@@ -172,7 +173,8 @@ class Job {
     std::optional<TimePoint> sampled_;  // when the last sample was in
     std::vector<float> selector_;
     std::vector<Decision> decisions_;
-    std::vector<double> tile_error_;  // sums of EstimateRelMSE, after the last pass that ended
+    std::vector<std::size_t> backlog_;  // tiles whose results waited for the plan
+    std::vector<double> tile_error_;    // sums of EstimateRelMSE, after the last pass that ended
     std::optional<TimePoint> first_lease_;
     TimePoint pass_start_;
     bool new_work_ = false, wants_plan_ = false;

@@ -105,8 +105,7 @@ std::optional<std::size_t> JobQueue::FindUnit(WorkerId id, const Job& job) const
     return first;
 }
 
-// True if the others would be through with all that is awaited, and a unit of so many samples more,
-// before this worker has done the unit.
+// True if this worker would be the last of all with a unit that is awaited.
 bool JobQueue::WouldDelay(const Worker& worker, const Job& job, std::uint64_t samples) const {
     double speed = 0;
     int threads = 0;
@@ -118,8 +117,7 @@ bool JobQueue::WouldDelay(const Worker& worker, const Job& job, std::uint64_t sa
         }
     }
     const double own = PredictSeconds(PaceOf(worker, job, worker.samples_out), samples);
-    const double awaited = static_cast<double>(job.SamplesAwaited());
-    return own * speed > awaited + static_cast<double>(samples) * threads;
+    return WouldBeLast(own, samples, job.SamplesAwaited(), speed, threads);
 }
 
 WorkerPace JobQueue::PaceOf(const Worker& worker, const Job& job, std::uint64_t samples_before) {

@@ -30,6 +30,12 @@ bool ShouldRace(double own_seconds, double remaining_seconds) {
            (own_seconds > 0 && own_seconds + kRaceGainSeconds <= remaining_seconds);
 }
 
+bool WouldBeLast(double own_seconds, std::uint64_t samples, std::uint64_t awaited,
+                 double samples_per_second, int threads) {
+    return own_seconds * samples_per_second >
+           static_cast<double>(awaited) + static_cast<double>(samples) * threads;
+}
+
 double ProblemPauseSeconds(int n) { return std::min(60.0, std::pow(2.0, n - 1)); }
 
 }  // namespace relume::jobs

@@ -40,6 +40,12 @@ double DeadlineSeconds(const WorkerPace& pace, std::uint64_t samples);
 // kRaceGainSeconds or more. Less is not worth a second answer.
 bool ShouldRace(double own_seconds, double remaining_seconds);
 
+// Whether a worker that needs `own_seconds` (0 = not known) for a unit of `samples` would be the
+// last with it: after all `threads` threads, of `samples_per_second` together, would be through
+// with the `awaited` samples, this unit among them, and one unit more.
+bool WouldBeLast(double own_seconds, std::uint64_t samples, std::uint64_t awaited,
+                 double samples_per_second, int threads);
+
 // Pause of a worker after its n-th problem in a row with a job, n from 1.
 double ProblemPauseSeconds(int n);
 

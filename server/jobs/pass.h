@@ -42,6 +42,8 @@ class Pass {
     bool Merged(std::size_t tile) const {
         return tiles_[tile].merged == tiles_[tile].first_cover + tiles_[tile].cover_layers;
     }
+    // Results of the tile wait for their turn.
+    bool Waits(std::size_t tile) const { return !tiles_[tile].waiting.empty(); }
     // All of it, or all but the cover, is in the film.
     bool merged() const { return unmerged_ == 0; }
     bool merged_but_cover() const { return unmerged_but_cover_ == 0; }

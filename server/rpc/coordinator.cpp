@@ -159,7 +159,8 @@ void Coordinator::StartPlans() {
         if (!taken) {
             return;
         }
-        plan_.Post([this, work = std::move(*taken), cancel = records_.at(taken->name).cancel] {
+        const auto cancel = records_.at(taken->name).cancel;
+        plan_.Post([this, cancel, work = std::move(*taken)] {
             if (cancel->cancelled()) {
                 return;
             }

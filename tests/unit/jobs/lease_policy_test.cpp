@@ -46,5 +46,14 @@ TEST(LeasePolicy, PausesGrowToAMinute) {
     EXPECT_EQ(ProblemPauseSeconds(50), 60);
 }
 
+TEST(LeasePolicy, TheLastWithAnAwaitedUnitIsWhoTakesLongerThanAllForTheRest) {
+    // Four threads do 400 samples/s: 1000 awaited samples in 2.5 s, a unit of 100 in 1 s.
+    EXPECT_FALSE(WouldBeLast(3.4, 100, 1000, 400, 4));
+    EXPECT_TRUE(WouldBeLast(3.6, 100, 1000, 400, 4));
+    EXPECT_FALSE(WouldBeLast(0, 100, 100, 400, 4));  // not measured yet
+    // Alone, with as many leases as threads, one takes the next.
+    EXPECT_FALSE(WouldBeLast(2, 100, 500, 400, 4));
+}
+
 }  // namespace
 }  // namespace relume::jobs
