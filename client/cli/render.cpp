@@ -46,11 +46,13 @@ class Lap {
     std::chrono::steady_clock::time_point last_ = first_;
 };
 
-// Seconds from the job's end to the files: fetching, checking, writing, making the view.
-double SaveSeconds(const v1::JobSpec& spec, bool png) {
-    constexpr double kAlways = 0.1, kFetchMegapixel = 0.15, kViewMegapixel = 0.5;
+// Seconds from the job's end to the command's: fetching, checking and writing, making the view,
+// ending the farm.
+double SaveSeconds(const v1::JobSpec& spec, bool png, bool local) {
+    constexpr double kAlways = 0.1, kFarm = 0.2, kFetchMegapixel = 0.15, kViewMegapixel = 0.8;
     const double megapixels = 1e-6 * PixelsOf(spec);
-    return kAlways + megapixels * (kFetchMegapixel + (png ? kViewMegapixel : 0));
+    return kAlways + (local ? kFarm : 0) +
+           megapixels * (kFetchMegapixel + (png ? kViewMegapixel : 0));
 }
 
 // The limit of the command becomes one of the job, which is made when `elapsed` seconds are over.
@@ -58,7 +60,8 @@ v1::JobSpec WithTimeLeft(v1::JobSpec spec, const RenderOptions& options, double 
     constexpr double kLeast = 1e-3;  // too late: the job says so
     if (spec.has_time_limit()) {
         spec.set_time_limit(std::max(
-            kLeast, spec.time_limit() - elapsed - SaveSeconds(spec, !options.output.png.empty())));
+            kLeast, spec.time_limit() - elapsed -
+                        SaveSeconds(spec, !options.output.png.empty(), options.server.empty())));
     }
     return spec;
 }

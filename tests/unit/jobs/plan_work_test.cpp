@@ -209,6 +209,48 @@ TEST_F(PlanWorkTest, ThePlanOfACancelledJobIsDropped) {
     EXPECT_TRUE(TakeAll().empty());
 }
 
+TEST_F(PlanWorkTest, AJobTellsWhatIsExpectedAndWhyItStopped) {
+    JobSetup setup;
+    setup.window = kWindow;
+    setup.display_width = kWindow.x1;
+    setup.display_height = kWindow.y1;
+    setup.tile_size = 16;
+    setup.budgets.target = 0.05;
+    setup.budgets.max_spp = 512;
+    setup.planner = MakePlanner("uniform");
+    setup.estimators.error = [](const Film& film) { return 2 * film.EstimateRelMSE(); };
+    queue.AddJob("jobs/a", std::move(setup), now);
+    worker = queue.AddWorker("w", "class", 1, now);
+    queue.SetCredits(worker, 1000, 0);
+    TakeAll();
+    PlanNow(&queue, now);
+    EXPECT_FALSE(info().samples_budget);
+    EXPECT_FALSE(info().predicted);
+    while (info().state == JobState::kRendering) {
+        const auto leases = TakeAll();
+        ASSERT_FALSE(leases.empty());
+        for (const auto& lease : leases) {
+            now += FromSeconds(1e-4 * static_cast<double>(lease.task.TotalSamples()));
+            Deliver(lease);
+            PlanNow(&queue, now);
+        }
+    }
+    EXPECT_EQ(info().state, JobState::kFiltering);
+    EXPECT_EQ(info().stop, StopReason::kTarget);
+    EXPECT_THAT(info().message, HasSubstr("target reached"));
+    EXPECT_LE(*info().image_relmse, 0.05);
+    EXPECT_NEAR(*info().image_relmse, 2 * info().relmse, 0.4 * info().relmse);
+    ASSERT_GE(info().passes.size(), 2u);
+    EXPECT_EQ(info().passes.back().image_relmse, info().image_relmse);
+    EXPECT_FALSE(info().passes[0].relmse_predicted);
+    EXPECT_NEAR(*info().passes[1].relmse_predicted, *info().passes[1].image_relmse,
+                0.5 * *info().passes[1].image_relmse);
+    ASSERT_TRUE(info().predicted);
+    EXPECT_GT(info().predicted->seconds, 0.5 * ToSeconds(now.time_since_epoch()));
+    EXPECT_LT(info().predicted->seconds, 2 * ToSeconds(now.time_since_epoch()));
+    EXPECT_FALSE(info().forecast.empty());
+}
+
 TEST_F(PlanWorkTest, GuideGoesInAndTheLastSelectorComesOut) {
     const Guide guide = [](const Film& film) { return std::vector<float>(film.pixel_count(), 7); };
     int plans = 0;
