@@ -28,6 +28,7 @@
 #include "server/jobs/neyman.h"
 #include "server/jobs/plan_work.h"
 #include "server/jobs/planner.h"
+#include "server/rpc/filter_loop.h"
 
 namespace relume::bench {
 namespace {
@@ -173,7 +174,7 @@ Sampled RunJob(const SampleStore& store, std::shared_ptr<jobs::Planner> planner,
     setup.window = store.window();
     setup.display_width = store.window().width();
     setup.display_height = store.window().height();
-    setup.budget = budget;
+    setup.budgets.samples = budget;
     setup.planner = std::move(planner);
     setup.guide = guide;
     const TimePoint now{};
@@ -181,7 +182,7 @@ Sampled RunJob(const SampleStore& store, std::shared_ptr<jobs::Planner> planner,
     job.Start(now);
     Sampled out;
     for (;;) {
-        if (auto work = job.TakePlanWork()) {
+        if (auto work = job.TakePlanWork(now)) {
             job.Planned(jobs::RunPlan(*work), now);
         } else if (const auto unit = job.FindPending(0, [](std::size_t) { return true; })) {
             job.Take(*unit);
@@ -212,10 +213,10 @@ void RunOne(const Options& options, const SampleStore& store, const Truth& truth
     const auto denoiser = denoise::MakeDenoiser(filter);
     const CancelToken never;
     double guide_seconds = 0;
+    const jobs::Guide loop = server::MakeGuide(filter);
     const jobs::Guide guide = [&](const Film& film) {
         const auto start = std::chrono::steady_clock::now();
-        auto out = denoise::Disagreement(
-            denoise::FilterHalves(*denoiser, denoise::FrameFromFilm(film), never));
+        auto out = loop(film);
         guide_seconds += Since(start);
         return out;
     };
@@ -226,8 +227,7 @@ void RunOne(const Options& options, const SampleStore& store, const Truth& truth
     } else {
         planner = jobs::MakePlanner(sampler);
     }
-    const Sampled sampled =
-        RunJob(store, planner, budget, filter == "none" ? jobs::Guide() : jobs::Guide(guide));
+    const Sampled sampled = RunJob(store, planner, budget, loop ? guide : jobs::Guide());
     const Film& film = *sampled.film;
     const denoise::Frame frame = denoise::FrameFromFilm(film);
     const auto pixels = static_cast<double>(window.area());

@@ -8,6 +8,7 @@
 #include "client/cli/options.h"
 #include "client/cli/replace_process.h"
 #include "client/lib/output_file.h"
+#include "proto/codec/budgets.h"
 
 namespace relume::client {
 namespace {
@@ -48,7 +49,10 @@ Runner AddDenoise(CLI::App* app) {
     app->add_option("--layer", options->layer, "read the channels below this layer [the image's]")
         ->type_name("NAME");
     app->add_option_function<std::string>(
-           "--spp", [options](const std::string& text) { options->spp = ParseSpp(text); },
+           "--spp",
+           [options](const std::string& text) {
+               options->spp = ParsePositive("--spp", codec::kMaxSpp, text);
+           },
            "samples a pixel, for a file without samples.Y [not known]")
         ->type_name("N");
     app->add_option("--layers", options->layers,

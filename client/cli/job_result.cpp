@@ -60,8 +60,9 @@ std::string DescribeJob(const v1::Job& job) {
         const auto& error = job.filter().filtered();
         text += fmt::format(", estimated RelMSE {:.3g} ({:.3g} to {:.3g})", error.relmse(),
                             error.low(), error.high());
-    } else if (job.relmse() > 0) {
-        text += fmt::format(", estimated RelMSE {:.3g} before the filter", job.relmse());
+    } else if (const auto error = EstimatedError(job)) {
+        text += fmt::format(", estimated RelMSE {:.3g}{}", *error,
+                            job.has_image_relmse() ? "" : " before the filter");
     }
     if (!job.message().empty()) {
         text += " (" + job.message() + ")";
@@ -87,9 +88,14 @@ nlohmann::ordered_json JobJson(const v1::Job& job) {
             {"width", settings.width()},
             {"height", settings.height()},
             {"samples", job.samples_done()},
-            {"budget", job.samples_budget()},
+            {"budget", OrNull(job.samples_budget() > 0, job.samples_budget())},
             {"spp", MeanSpp(job)},
             {"relmse", job.relmse()},
+            {"image_relmse", OrNull(job.has_image_relmse(), job.image_relmse())},
+            {"stop_reason", StopReasonName(job.stop_reason())},
+            {"eta_seconds", OrNull(job.has_eta_seconds(), job.eta_seconds())},
+            {"eta_low_seconds", OrNull(job.has_eta_seconds(), job.eta_low_seconds())},
+            {"eta_high_seconds", OrNull(job.has_eta_seconds(), job.eta_high_seconds())},
             {"render_seconds", job.render_seconds()},
             {"sampler", job.spec().sampler()},
             {"filter", job.spec().filter()},

@@ -8,6 +8,7 @@
 #include "client/cli/exit_codes.h"
 #include "client/cli/job_result.h"
 #include "client/cli/options.h"
+#include "client/cli/progress.h"
 #include "client/cli/table.h"
 #include "client/lib/client.h"
 #include "client/lib/job_names.h"
@@ -35,12 +36,10 @@ int RunJobs(const JobsOptions& options) {
     std::vector<std::vector<std::string>> rows{
         {"JOB", "STATE", "DONE", "SIZE", "SPP", "CREATED", "SCENE", "NAME"}};
     for (const auto& job : jobs) {
-        const double share = job.samples_budget() > 0
-                                 ? static_cast<double>(job.samples_done()) /
-                                       static_cast<double>(job.samples_budget())
-                                 : 0;
+        const auto share = job.state() == v1::JOB_STATE_SUCCEEDED ? 1 : ShareDone(job);
         const auto& settings = job.spec().settings();
-        rows.push_back({job.name(), StateName(job.state()), fmt::format("{:.0f}%", 100 * share),
+        rows.push_back({job.name(), StateName(job.state()),
+                        share ? fmt::format("{:.0f}%", 100 * *share) : "-",
                         fmt::format("{}x{}", settings.width(), settings.height()),
                         fmt::format("{:.2f}", MeanSpp(job)), FormatTime(job.create_time()),
                         job.spec().scene().main(), job.spec().display_name()});

@@ -92,13 +92,22 @@ Vec3f ParseVector(const std::string& option, const std::string& text) {
     return vector;
 }
 
-double ParseSpp(const std::string& text) {
-    double spp = 0;
-    if (!Read(text, &spp) || !(spp > 0) || spp > kMaxSpp) {
-        ThrowInvalidArgument(fmt::format("--spp {}: must be a number above 0 and at most {}", text,
-                                         static_cast<int>(kMaxSpp)));
+double ParsePositive(const std::string& option, double most, const std::string& text) {
+    double number = 0;
+    if (!Read(text, &number) || !(number > 0) || number > most) {
+        ThrowInvalidArgument(
+            fmt::format("{} {}: must be a number above 0 and at most {:.0f}", option, text, most));
     }
-    return spp;
+    return number;
+}
+
+std::uint32_t ParseCount(const std::string& option, double most, const std::string& text) {
+    double number = 0;
+    if (!Read(text, &number) || !IsWhole(number, 1, most)) {
+        ThrowInvalidArgument(
+            fmt::format("{} {}: must be a whole number from 1 to {:.0f}", option, text, most));
+    }
+    return static_cast<std::uint32_t>(number);
 }
 
 }  // namespace relume::client

@@ -1,13 +1,12 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "core/film/tile.h"
 #include "core/math/vec.h"
 
 namespace relume::client {
-
-inline constexpr double kMaxSpp = 1 << 20;
 
 // Values of options as they stand on the command line. Each throws kInvalidArgument that names the
 // option, what it got, and its form or range.
@@ -25,7 +24,9 @@ TileRect ParseCrop(const std::string& text);
 // "X,Y,Z", three finite numbers; `option` is named in errors.
 Vec3f ParseVector(const std::string& option, const std::string& text);
 
-// Mean samples a pixel: a number above 0 and at most 2^20.
-double ParseSpp(const std::string& text);
+// A number above 0 and at most `most`; `option` is named in errors.
+double ParsePositive(const std::string& option, double most, const std::string& text);
+// The same for whole numbers.
+std::uint32_t ParseCount(const std::string& option, double most, const std::string& text);
 
 }  // namespace relume::client

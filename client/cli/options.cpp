@@ -6,6 +6,7 @@
 #include <set>
 
 #include "core/base/error.h"
+#include "proto/codec/budgets.h"
 
 namespace relume::client {
 
@@ -28,10 +29,7 @@ void AddJobOptions(CLI::App* app, JobOptions* options) {
            "--crop", [options](const std::string& text) { options->crop = ParseCrop(text); },
            "render these pixels alone: X0 <= x < X1, Y0 <= y < Y1, y down")
         ->type_name("X0,Y0,X1,Y1");
-    app->add_option_function<std::string>(
-           "--spp", [options](const std::string& text) { options->spp = ParseSpp(text); },
-           "budget: mean samples a pixel [the scene's, else 32]")
-        ->type_name("N");
+    AddBudgetOptions(app, &options->budgets);
     app->add_option("--sampler", options->sampler,
                     "where samples go; see `relume help samplers` [" + options->sampler + "]")
         ->type_name("NAME[:KEY=VALUE,...]");
@@ -84,6 +82,36 @@ void AddJobOptions(CLI::App* app, JobOptions* options) {
                     "basic, or all: also the two halves and the features' variances [basic]")
         ->check(CLI::IsMember({"basic", "all"}).description(""))
         ->type_name("SET");
+}
+
+void AddBudgetOptions(CLI::App* app, BudgetOptions* options) {
+    const auto add_number = [app](const char* name, double most, std::optional<double>* value,
+                                  const char* help, const char* type) {
+        app->add_option_function<std::string>(
+               name, [=](const std::string& text) { *value = ParsePositive(name, most, text); },
+               help)
+            ->type_name(type);
+    };
+    const auto add_count = [app](const char* name, std::optional<std::uint32_t>* value,
+                                 const char* help) {
+        app->add_option_function<std::string>(
+               name,
+               [=](const std::string& text) { *value = ParseCount(name, codec::kMaxSpp, text); },
+               help)
+            ->type_name("N");
+    };
+    add_number("--spp", codec::kMaxSpp, &options->spp,
+               "budget: mean samples a pixel [the scene's; else, without another budget, until all "
+               "is converged with sampler adaptive, 32 with others]",
+               "N");
+    add_count("--min-spp", &options->min_spp,
+              "every pixel gets as many in the first pass [the sampler's `pilot`]");
+    add_count("--max-spp", &options->max_spp,
+              "budget: no pixel gets more [16384; no limit with --spp or --time-limit]");
+    add_number("--target", codec::kMaxTarget, &options->target,
+               "budget: stop at this estimated RelMSE of the image", "E");
+    add_number("--time-limit", codec::kMaxTimeLimit, &options->time_limit,
+               "budget: seconds that the whole may take, from the start to the image", "S");
 }
 
 void AddTimeOptions(CLI::App* app, std::optional<float>* time, std::optional<float>* shutter) {

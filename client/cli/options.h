@@ -11,7 +11,9 @@
 
 namespace relume::client {
 
+// Where neither options nor the scene say a budget: by sampler.
 inline constexpr double kDefaultSpp = 32;
+inline constexpr double kDefaultTarget = 0.005;
 
 // A whole number from `low` to `high`.
 CLI::Validator Between(int low, int high);
@@ -19,13 +21,22 @@ CLI::Validator Between(int low, int high);
 // Groups of options that several commands share. The structs must outlive the parsing: commands
 // keep them in a shared_ptr that their Runner holds.
 
+// What ends the sampling, whatever is met first. All unset: the scene's spp, else the defaults.
+struct BudgetOptions {
+    std::optional<double> spp;  // mean samples a pixel
+    std::optional<std::uint32_t> min_spp, max_spp;
+    std::optional<double> target;      // RelMSE
+    std::optional<double> time_limit;  // seconds of the whole command
+};
+void AddBudgetOptions(CLI::App* app, BudgetOptions* options);
+
 // What a job is: everything of v1.JobSpec.
 struct JobOptions {
     std::string scene;
     std::string name;
-    std::optional<Size> size;                      // unset: by the camera's shape
-    TileRect crop;                                 // empty: the full frame
-    std::optional<double> spp;                     // unset: the scene's, else 32
+    std::optional<Size> size;  // unset: by the camera's shape
+    TileRect crop;             // empty: the full frame
+    BudgetOptions budgets;
     std::string sampler = "adaptive";  // the defaults that jobs.proto tells
     std::string filter = "bilateral:mode=corrected";
     std::uint32_t seed = 0;

@@ -7,6 +7,7 @@
 
 #include "client/cli/exit_codes.h"
 #include "core/base/error.h"
+#include "proto/codec/budgets.h"
 #include "proto/codec/codec.h"
 
 namespace relume::client {
@@ -35,9 +36,13 @@ std::optional<LookCamera> LookOf(const JobOptions& options) {
     return look;
 }
 
+bool HasBudget(const BudgetOptions& budgets) {
+    return budgets.spp || budgets.max_spp || budgets.target || budgets.time_limit;
+}
+
 // What the scene file itself asks for, where the user does not; answers with what was taken.
 std::vector<std::string> TakeHints(const RenderHints& hints, const JobOptions& options,
-                                   RenderSettings* settings, double* spp) {
+                                   RenderSettings* settings, BudgetOptions* budgets) {
     std::vector<std::string> taken;
     if (!options.size && hints.width > 0 && hints.height > 0) {
         settings->width = hints.width;
@@ -48,11 +53,42 @@ std::vector<std::string> TakeHints(const RenderHints& hints, const JobOptions& o
         settings->max_depth = std::min(hints.max_depth, kMaxDepth);
         taken.push_back(fmt::format("max depth {}", settings->max_depth));
     }
-    if (!options.spp && hints.spp > 0) {
-        *spp = std::min(static_cast<double>(hints.spp), kMaxSpp);
-        taken.push_back(fmt::format("spp {}", *spp));
+    if (!HasBudget(*budgets) && hints.spp > 0) {
+        budgets->spp = std::min(static_cast<double>(hints.spp), codec::kMaxSpp);
+        taken.push_back(fmt::format("spp {}", *budgets->spp));
     }
     return taken;
+}
+
+// Answers with what is worth a note.
+std::optional<std::string> TakeDefault(const std::string& sampler, BudgetOptions* budgets) {
+    if (HasBudget(*budgets)) {
+        return std::nullopt;
+    }
+    if (sampler.substr(0, sampler.find(':')) != "adaptive") {
+        budgets->spp = kDefaultSpp;
+        return std::nullopt;
+    }
+    budgets->target = kDefaultTarget;
+    return fmt::format("without a budget: until the estimated RelMSE is {} everywhere",
+                       kDefaultTarget);
+}
+
+void SetBudgets(const BudgetOptions& budgets, v1::JobSpec* spec) {
+    spec->set_spp(budgets.spp.value_or(0));
+    if (budgets.min_spp) {
+        spec->set_min_spp(*budgets.min_spp);
+    }
+    if (budgets.max_spp) {
+        spec->set_max_spp(*budgets.max_spp);
+    }
+    if (budgets.target) {
+        spec->set_target(*budgets.target);
+    }
+    if (budgets.time_limit) {
+        spec->set_time_limit(*budgets.time_limit);
+    }
+    WithExitCode(kExitUsage, [&] { codec::CheckBudgets(*spec); });
 }
 
 }  // namespace
@@ -71,7 +107,7 @@ PreparedJob PrepareJob(const JobOptions& options) {
     settings.shutter = options.shutter.value_or(-1);
     settings.environment_scale = options.environment_scale;
     settings.allow_black = options.allow_black;
-    double spp = options.spp.value_or(kDefaultSpp);
+    BudgetOptions budgets = options.budgets;
 
     WithExitCode(kExitInput, [&] {
         job.scene = CollectScene(options.scene, options.environment);
@@ -86,9 +122,12 @@ PreparedJob PrepareJob(const JobOptions& options) {
         } else {
             SetDefaultSize(settings.look ? nullptr : FindCamera(scene, options.camera), &settings);
         }
-        const auto taken = TakeHints(scene.hints, options, &settings, &spp);
+        const auto taken = TakeHints(scene.hints, options, &settings, &budgets);
         if (!taken.empty()) {
             job.notes.push_back(fmt::format("as the scene file says: {}", fmt::join(taken, ", ")));
+        }
+        if (const auto note = TakeDefault(options.sampler, &budgets)) {
+            job.notes.push_back(*note);
         }
     });
     settings.environment = job.scene.environment;
@@ -98,7 +137,7 @@ PreparedJob PrepareJob(const JobOptions& options) {
     *job.spec.mutable_settings() = codec::ToProto(settings);
     job.spec.set_sampler(options.sampler);
     job.spec.set_filter(options.filter);
-    job.spec.set_spp(spp);
+    SetBudgets(budgets, &job.spec);
     job.spec.set_tile_size(options.tile_size);
     job.spec.set_all_layers(options.layers == "all");
     job.spec.set_display_name(options.name);

@@ -1,9 +1,11 @@
 #include "client/cli/progress.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "client/lib/job_names.h"
 
@@ -14,28 +16,24 @@ constexpr double kWindowSeconds = 8;
 constexpr double kShortestSpan = 0.2;  // seconds; a rate over less is noise
 constexpr int kBarWidth = 24;
 
-double Share(const v1::Job& job) {
-    return job.samples_budget() > 0 ? std::clamp(static_cast<double>(job.samples_done()) /
-                                                     static_cast<double>(job.samples_budget()),
-                                                 0.0, 1.0)
-                                    : 0.0;
-}
-
 std::string Details(const v1::Job& job, std::optional<double> rate) {
-    std::string text = fmt::format("{:.0f} %", std::floor(100 * Share(job)));
+    std::vector<std::string> parts;
+    if (const auto share = ShareDone(job)) {
+        parts.push_back(fmt::format("{:.0f} %", std::floor(100 * *share)));
+    }
     if (!job.passes().empty()) {
-        text += fmt::format(", pass {}", job.passes_size());
+        parts.push_back(fmt::format("pass {}", job.passes_size()));
     }
     if (rate) {
-        text += fmt::format(", {} samples/s", FormatCount(*rate));
+        parts.push_back(FormatCount(*rate) + " samples/s");
     }
-    if (job.relmse() > 0) {
-        text += fmt::format(", estimated RelMSE {:.3g}", job.relmse());
+    if (const auto error = EstimatedError(job)) {
+        parts.push_back(fmt::format("estimated RelMSE {:.3g}", *error));
     }
-    if (const auto eta = Eta(job, rate)) {
-        text += fmt::format(", {} left", FormatDuration(*eta));
+    if (const std::string eta = FormatEta(job); !eta.empty()) {
+        parts.push_back(eta);
     }
-    return text;
+    return fmt::format("{}", fmt::join(parts, ", "));
 }
 
 }  // namespace
@@ -82,32 +80,60 @@ std::optional<double> RateEstimate::PerSecond() const {
            (points_.back().seconds - points_.front().seconds);
 }
 
-std::optional<double> Eta(const v1::Job& job, std::optional<double> rate) {
-    if (job.state() != v1::JOB_STATE_RENDERING || !rate || *rate <= 0 ||
-        job.samples_done() > job.samples_budget()) {
-        return std::nullopt;
+std::optional<double> EstimatedError(const v1::Job& job) {
+    if (job.has_image_relmse()) {
+        return job.image_relmse();
     }
-    return static_cast<double>(job.samples_budget() - job.samples_done()) / *rate;
+    return job.relmse() > 0 ? std::optional(job.relmse()) : std::nullopt;
+}
+
+std::string FormatEta(const v1::Job& job) {
+    if (!job.has_eta_seconds()) {
+        return "";
+    }
+    const std::string eta = FormatDuration(job.eta_seconds());
+    const std::string low = FormatDuration(job.eta_low_seconds());
+    const std::string high = FormatDuration(job.eta_high_seconds());
+    if (low == high) {
+        return eta + " left";
+    }
+    // "10-15" where the unit is the same one and stands behind the 12 already.
+    if (eta.ends_with(" s") && job.eta_high_seconds() < 59) {
+        return fmt::format("{} left ({}-{})", eta, low.substr(0, low.size() - 2),
+                           high.substr(0, high.size() - 2));
+    }
+    return fmt::format("{} left ({} - {})", eta, low, high);
+}
+
+std::optional<double> ShareDone(const v1::Job& job) {
+    double done = static_cast<double>(job.samples_done());
+    double all = static_cast<double>(job.samples_budget());
+    if (job.has_eta_seconds()) {
+        done = job.elapsed_seconds();
+        all = done + job.eta_seconds();
+    }
+    return all > 0 ? std::optional(std::clamp(done / all, 0.0, 1.0)) : std::nullopt;
 }
 
 std::string FormatProgress(const v1::Job& job, std::optional<double> rate) {
     std::string text = StateName(job.state());
     if (job.state() == v1::JOB_STATE_RENDERING || job.state() == v1::JOB_STATE_FILTERING) {
-        text += ": " + Details(job, rate);
+        const std::string details = Details(job, rate);
+        text += details.empty() ? "" : ": " + details;
     }
     return text;
 }
 
 std::string FormatBar(const v1::Job& job, std::optional<double> rate, int columns) {
     std::string bar(kBarWidth, ' ');
-    const auto full = static_cast<std::size_t>(Share(job) * kBarWidth);
+    const auto full = static_cast<std::size_t>(ShareDone(job).value_or(0) * kBarWidth);
     std::fill_n(bar.begin(), full, '=');
     if (full < bar.size() && job.state() == v1::JOB_STATE_RENDERING) {
         bar[full] = '>';
     }
     std::string text = fmt::format("[{}] {}", bar, Details(job, rate));
     if (job.state() != v1::JOB_STATE_RENDERING) {
-        text += ", " + StateName(job.state());
+        text += std::string(text.ends_with(' ') ? "" : ", ") + StateName(job.state());
     }
     return text.substr(0, static_cast<std::size_t>(std::max(0, columns)));
 }

@@ -32,10 +32,16 @@ class RateEstimate {
     std::deque<Point> points_;
 };
 
-// Seconds until the budget is spent; nothing if the rate is not known. A sampler may stop before.
-std::optional<double> Eta(const v1::Job& job, std::optional<double> rate);
+// Estimated RelMSE of the image that the job would return now; nothing before the first estimate.
+std::optional<double> EstimatedError(const v1::Job& job);
 
-// "rendering: 45 %, pass 3, 1.23 M samples/s, estimated RelMSE 0.0123, 12 s left"
+// "12 s left (10-15)", or "" if the server can't tell. A sampler may stop before.
+std::string FormatEta(const v1::Job& job);
+
+// How much of the work is done, 0 to 1, as far as budget or ETA tell.
+std::optional<double> ShareDone(const v1::Job& job);
+
+// "rendering: 45 %, pass 3, 1.23 M samples/s, estimated RelMSE 0.0123, 12 s left (10-15)"
 std::string FormatProgress(const v1::Job& job, std::optional<double> rate);
 // The same behind a bar, in at most `columns` characters.
 std::string FormatBar(const v1::Job& job, std::optional<double> rate, int columns);

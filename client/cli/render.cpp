@@ -24,6 +24,15 @@ struct RenderOptions {
     PlaceOptions place;
 };
 
+// Seconds from the job's end to the command's: fetching, checking and writing, making the view,
+// ending the farm.
+double SaveSeconds(const v1::JobSpec& spec, bool png, bool local) {
+    constexpr double kAlways = 0.1, kFarm = 0.2, kFetchMegapixel = 0.15, kViewMegapixel = 0.8;
+    const double megapixels = 1e-6 * PixelsOf(spec);
+    return kAlways + (local ? kFarm : 0) +
+           megapixels * (kFetchMegapixel + (png ? kViewMegapixel : 0));
+}
+
 void PrintResult(const RenderOptions& options, const v1::Job& job) {
     if (options.talk.json) {
         auto json = JobJson(job);
@@ -52,6 +61,7 @@ int RunRender(const RenderOptions& options, Interrupts* interrupts) {
     const PreparedJob prepared = PrepareJob(options.job);
     facts.scene = prepared.scene.manifest;
     facts.notes = prepared.notes;
+    facts.time_limit = options.job.budgets.time_limit;
     for (const auto& note : prepared.notes) {
         meter.Note("note: " + note);
     }
@@ -59,6 +69,7 @@ int RunRender(const RenderOptions& options, Interrupts* interrupts) {
 
     RunJob(
         prepared, options.place, interrupts, &meter, &facts,
+        SaveSeconds(prepared.spec, !options.output.png.empty(), options.place.server.empty()),
         [&](const v1::Job& job) { meter.Update(job); },
         [&](Client* client, const v1::Job& job) {
             SaveResult(client, job, options.output, &facts);

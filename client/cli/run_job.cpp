@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <memory>
 #include <optional>
@@ -23,9 +24,25 @@ class Lap {
         return std::chrono::duration<double>(now - std::exchange(last_, now)).count();
     }
 
+    // Since the first.
+    double Seconds() const {
+        return std::chrono::duration<double>(std::chrono::steady_clock::now() - first_).count();
+    }
+
   private:
-    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+    const std::chrono::steady_clock::time_point first_ = std::chrono::steady_clock::now();
+    std::chrono::steady_clock::time_point last_ = first_;
 };
+
+// The limit of the command becomes one of the job, which is made now that `elapsed` seconds are
+// over.
+v1::JobSpec WithTimeLeft(v1::JobSpec spec, double elapsed, double save_seconds) {
+    constexpr double kLeast = 1e-3;  // too late: the job says so
+    if (spec.has_time_limit()) {
+        spec.set_time_limit(std::max(kLeast, spec.time_limit() - elapsed - save_seconds));
+    }
+    return spec;
+}
 
 // Says why a job that runs for this command alone was given up, and has it cancelled.
 [[noreturn]] void GiveUp(Client* client, const std::string& job, bool local) {
@@ -69,7 +86,7 @@ std::function<void()> AddPlaceOptions(CLI::App* app, PlaceOptions* options) {
 }
 
 void RunJob(const PreparedJob& prepared, const PlaceOptions& place, Interrupts* interrupts,
-            ProgressMeter* meter, ReportFacts* facts,
+            ProgressMeter* meter, ReportFacts* facts, double save_seconds,
             const std::function<void(const v1::Job&)>& show,
             const std::function<void(Client*, const v1::Job&)>& finish) {
     Lap lap;
@@ -95,7 +112,9 @@ void RunJob(const PreparedJob& prepared, const PlaceOptions& place, Interrupts* 
             meter->Upload(done, due);
         });
         facts->upload = lap();
-        job_name = client->Create(prepared.spec).name();
+        job_name =
+            client->Create(WithTimeLeft(prepared.spec, facts->check + lap.Seconds(), save_seconds))
+                .name();
         const v1::Job last = client->Watch(job_name, show);
         meter->Clear();
         RequireSuccess(last);

@@ -24,10 +24,11 @@ std::function<void()> AddPlaceOptions(CLI::App* app, PlaceOptions* options);
 
 // Runs a job to its success, from the upload of its scene on, and calls `finish` with the client
 // that can fetch its result. `show` is called with the job as it goes on. Fills in the seconds of
-// `facts` up to there, with those that are in `facts->check` in the total. An interruption cancels
-// the job; then, and if anything fails, Error.
+// `facts` up to there, with those that are in `facts->check` in the total. What `finish` is
+// expected to need, `save_seconds`, is kept back from a time limit. An interruption cancels the
+// job; then, and if anything fails, Error.
 void RunJob(const PreparedJob& prepared, const PlaceOptions& place, Interrupts* interrupts,
-            ProgressMeter* meter, ReportFacts* facts,
+            ProgressMeter* meter, ReportFacts* facts, double save_seconds,
             const std::function<void(const v1::Job&)>& show,
             const std::function<void(Client*, const v1::Job&)>& finish);
 

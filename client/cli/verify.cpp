@@ -180,9 +180,12 @@ int RunVerify(const VerifyOptions& options, Interrupts* interrupts) {
     std::vector<Check> checks;
     ReportFacts facts;
     RunJob(
-        prepared, options.place, interrupts, &meter, &facts,
+        prepared, options.place, interrupts, &meter, &facts, 0,
         [&](v1::Job job) {
-            job.clear_relmse();  // of an image that is empty but for the probed pixels
+            // Of an image that is empty but for the probed pixels.
+            job.clear_relmse();
+            job.clear_image_relmse();
+            job.clear_forecast();
             meter.Update(job);
         },
         [&](Client* client, const v1::Job& job) {

@@ -35,6 +35,23 @@ std::string StateName(v1::JobState state) {
     }
 }
 
+std::string StopReasonName(v1::StopReason reason) {
+    switch (reason) {
+        case v1::STOP_REASON_SPP:
+            return "spp";
+        case v1::STOP_REASON_TARGET:
+            return "target";
+        case v1::STOP_REASON_TIME_LIMIT:
+            return "time-limit";
+        case v1::STOP_REASON_MAX_SPP:
+            return "max-spp";
+        case v1::STOP_REASON_SAMPLER:
+            return "sampler";
+        default:
+            return "";
+    }
+}
+
 std::string MakeRequestId() {
     std::random_device device;
     std::uint64_t high = (std::uint64_t{device()} << 32) | device();

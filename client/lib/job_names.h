@@ -14,6 +14,9 @@ bool IsOver(v1::JobState state);
 // "rendering", "succeeded", ...
 std::string StateName(v1::JobState state);
 
+// "spp", "target", "time-limit", "max-spp", "sampler"; "" if it has not stopped.
+std::string StopReasonName(v1::StopReason reason);
+
 // A random UUID of version 4.
 std::string MakeRequestId();
 

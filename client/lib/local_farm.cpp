@@ -14,11 +14,13 @@ namespace {
 
 constexpr double kStartSeconds = 20;
 constexpr double kStopSeconds = 5;
+// Where nothing is kept nobody waits for a good end: gRPC's own takes seconds at times.
+constexpr double kStopTemporarySeconds = 0.05;
 constexpr std::chrono::milliseconds kMonitorInterval{50};
 
 }  // namespace
 
-LocalFarm::LocalFarm(const FarmOptions& options) {
+LocalFarm::LocalFarm(const FarmOptions& options) : keeps_data_(!options.data.empty()) {
     std::string data = options.data, cache = options.cache;
     if (data.empty() || cache.empty()) {
         folder_ = std::make_unique<TemporaryFolder>();
@@ -67,11 +69,15 @@ LocalFarm::~LocalFarm() {
     for (const auto& worker : workers_) {
         worker->Signal(SIGTERM);
     }
+    if (!keeps_data_ && server_) {
+        server_->Signal(SIGTERM);
+    }
+    const double patience = keeps_data_ ? kStopSeconds : kStopTemporarySeconds;
     for (const auto& worker : workers_) {
-        worker->Terminate(kStopSeconds);
+        worker->Terminate(patience);
     }
     if (server_) {
-        server_->Terminate(kStopSeconds);
+        server_->Terminate(patience);
     }
 }
 

@@ -46,6 +46,7 @@ class LocalFarm {
   private:
     void MonitorThread();
 
+    const bool keeps_data_;  // beyond this object
     std::unique_ptr<TemporaryFolder> folder_;
     std::unique_ptr<ChildProcess> server_;
     std::vector<std::unique_ptr<ChildProcess>> workers_;

@@ -21,12 +21,16 @@ Json SceneJson(const v1::Job& job, const ReportFacts& facts) {
             {"sha256", job.scene_sha256()}};
 }
 
-Json SettingsJson(const v1::JobSpec& spec) {
+Json SettingsJson(const v1::JobSpec& spec, std::optional<double> time_limit) {
     const v1::RenderSettings& s = spec.settings();
     Json json{{"width", s.width()},
               {"height", s.height()},
               {"crop", nullptr},
-              {"spp", spec.spp()},
+              {"spp", OrNull(spec.spp() > 0, spec.spp())},
+              {"min_spp", OrNull(spec.has_min_spp(), spec.min_spp())},
+              {"max_spp", OrNull(spec.has_max_spp(), spec.max_spp())},
+              {"target", OrNull(spec.has_target(), spec.target())},
+              {"time_limit", OrNull(spec.has_time_limit(), time_limit.value_or(spec.time_limit()))},
               {"sampler", spec.sampler()},
               {"filter", spec.filter()},
               {"seed", s.seed()},
@@ -70,12 +74,15 @@ Json SettingsJson(const v1::JobSpec& spec) {
 Json PassesJson(const v1::Job& job) {
     Json passes = Json::array();
     for (const auto& pass : job.passes()) {
-        passes.push_back({{"index", pass.index()},
-                          {"samples", pass.samples()},
-                          {"active_pixels", pass.active_pixels()},
-                          {"relmse", pass.relmse()},
-                          {"seconds", pass.seconds()},
-                          {"plan_seconds", pass.plan_seconds()}});
+        passes.push_back(
+            {{"index", pass.index()},
+             {"samples", pass.samples()},
+             {"active_pixels", pass.active_pixels()},
+             {"relmse", pass.relmse()},
+             {"image_relmse", OrNull(pass.has_image_relmse(), pass.image_relmse())},
+             {"relmse_predicted", OrNull(pass.has_relmse_predicted(), pass.relmse_predicted())},
+             {"seconds", pass.seconds()},
+             {"plan_seconds", pass.plan_seconds()}});
     }
     return passes;
 }
@@ -100,6 +107,24 @@ Json WorkersJson(const v1::Job& job) {
 
 Json ErrorJson(const v1::EstimatedError& error) {
     return {{"relmse", error.relmse()}, {"low", error.low()}, {"high", error.high()}};
+}
+
+// What was expected, beside what came of it.
+Json ForecastJson(const v1::Job& job) {
+    Json curve = Json::array();
+    for (const auto& point : job.forecast()) {
+        curve.push_back({{"samples", point.samples()},
+                         {"seconds", point.seconds()},
+                         {"relmse", point.relmse()}});
+    }
+    const bool known = job.has_predicted_seconds();
+    return {{"seconds", OrNull(known, job.predicted_seconds())},
+            {"seconds_low", OrNull(known, job.predicted_low_seconds())},
+            {"seconds_high", OrNull(known, job.predicted_high_seconds())},
+            {"seconds_real", job.elapsed_seconds()},
+            {"finish_seconds",
+             OrNull(job.finish_seconds_predicted() > 0, job.finish_seconds_predicted())},
+            {"curve", curve}};
 }
 
 Json FilterJson(const v1::FilterSummary& filter) {
@@ -138,13 +163,16 @@ double PerSecond(std::uint64_t count, double seconds) {
 
 }  // namespace
 
-double MeanSpp(const v1::Job& job) {
-    const v1::RenderSettings& s = job.spec().settings();
-    double pixels = static_cast<double>(s.width()) * s.height();
+double PixelsOf(const v1::JobSpec& spec) {
+    const v1::RenderSettings& s = spec.settings();
     if (s.has_crop()) {
-        pixels =
-            static_cast<double>(s.crop().x1() - s.crop().x0()) * (s.crop().y1() - s.crop().y0());
+        return static_cast<double>(s.crop().x1() - s.crop().x0()) * (s.crop().y1() - s.crop().y0());
     }
+    return static_cast<double>(s.width()) * s.height();
+}
+
+double MeanSpp(const v1::Job& job) {
+    const double pixels = PixelsOf(job.spec());
     return pixels > 0 ? static_cast<double>(job.samples_done()) / pixels : 0;
 }
 
@@ -155,8 +183,9 @@ Json MakeReport(const v1::Job& job, const ReportFacts& facts) {
         {"job", job.name()},
         {"state", StateName(job.state())},
         {"why_stopped", job.message()},
+        {"stop_reason", StopReasonName(job.stop_reason())},
         {"scene", SceneJson(job, facts)},
-        {"settings", SettingsJson(job.spec())},
+        {"settings", SettingsJson(job.spec(), facts.time_limit)},
         {"notes", NotesJson(job, facts)},
         {"samples", job.samples_done()},
         {"spp", MeanSpp(job)},
@@ -165,7 +194,9 @@ Json MakeReport(const v1::Job& job, const ReportFacts& facts) {
         {"samples_per_second", PerSecond(job.samples_done(), job.render_seconds())},
         {"rays_per_second", PerSecond(job.rays(), job.render_seconds())},
         {"relmse", job.relmse()},
+        {"image_relmse", OrNull(job.has_image_relmse(), job.image_relmse())},
         {"passes", PassesJson(job)},
+        {"forecast", ForecastJson(job)},
         {"filter", FilterJson(job.filter())},
         {"workers", WorkersJson(job)},
         {"leases",

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,12 +22,21 @@ struct ReportFacts {
     double job = 0;  // created to over
     double fetch = 0;
     double total = 0;
+    std::optional<double> time_limit;  // of the whole command
 };
 
 // The report of a job that is over: docs/report.md says what each field means.
 nlohmann::ordered_json MakeReport(const v1::Job& job, const ReportFacts& facts);
 
-// Mean samples a pixel of the job's window.
+// The value, or null for what is not there.
+template <typename T>
+nlohmann::ordered_json OrNull(bool there, T value) {
+    return there ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
+}
+
+// Pixels of the job's window.
+double PixelsOf(const v1::JobSpec& spec);
+// Mean samples a pixel of it.
 double MeanSpp(const v1::Job& job);
 
 }  // namespace relume::client

@@ -72,7 +72,7 @@ ErrorEstimate EstimateNoisy(const Frame& frame) {
 std::optional<ErrorEstimate> EstimateFiltered(const Denoiser& denoiser, const Frame& frame,
                                               const Result& result, const CancelToken& cancel) {
     if (!result.derivative) {
-        return frame.has_halves()
+        return frame.has_halves() && !denoiser.GetNeeds().halves
                    ? std::optional(
                          Summarise(frame, HalvesError(frame, FilterHalves(denoiser, frame, cancel)),
                                    kFilteredBias))

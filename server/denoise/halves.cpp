@@ -45,6 +45,56 @@ Frame HalfFrame(const Frame& frame, int half) {
     return out;
 }
 
+Frame ShrinkFrame(const Frame& frame) {
+    Frame out;
+    out.width = (frame.width + 1) / 2;
+    out.height = (frame.height + 1) / 2;
+    out.flagged.assign(out.pixel_count(), 0);
+    // Sum over a block times 1 / pixels^power.
+    const auto shrink = [&](const Plane& in, int power) {
+        Plane small;
+        if (in.empty()) {
+            return small;
+        }
+        small.resize(out.pixel_count());
+        for (int y = 0; y < out.height; ++y) {
+            for (int x = 0; x < out.width; ++x) {
+                float sum = 0, pixels = 0;
+                for (int v = 2 * y; v < std::min(2 * y + 2, frame.height); ++v) {
+                    for (int u = 2 * x; u < std::min(2 * x + 2, frame.width); ++u) {
+                        sum +=
+                            in[static_cast<std::size_t>(v) * static_cast<std::size_t>(frame.width) +
+                               static_cast<std::size_t>(u)];
+                        ++pixels;
+                    }
+                }
+                small[static_cast<std::size_t>(y) * static_cast<std::size_t>(out.width) +
+                      static_cast<std::size_t>(x)] = power == 0   ? sum
+                                                     : power == 1 ? sum / pixels
+                                                                  : sum / (pixels * pixels);
+            }
+        }
+        return small;
+    };
+    for (std::size_t c = 0; c < 3; ++c) {
+        out.color[c] = shrink(frame.color[c], 1);
+        out.variance[c] = shrink(frame.variance[c], 2);
+        out.sample_variance[c] = shrink(frame.sample_variance[c], 2);
+        for (std::size_t h = 0; h < 2; ++h) {
+            out.half[h][c] = shrink(frame.half[h][c], 1);
+        }
+    }
+    out.count = shrink(frame.count, 0);
+    for (std::size_t f = 0; f < kFeatureCount; ++f) {
+        out.feature[f] = shrink(frame.feature[f], 1);
+        out.feature_variance[f] = shrink(frame.feature_variance[f], 1);
+        for (std::size_t h = 0; h < 2; ++h) {
+            out.feature_half[h][f] = shrink(frame.feature_half[h][f], 1);
+        }
+    }
+    return out;
+}
+
 FilteredHalves FilterHalves(const Denoiser& denoiser, const Frame& frame,
                             const CancelToken& cancel) {
     FilteredHalves out;

@@ -13,6 +13,10 @@ namespace relume::denoise {
 // variances are the whole frame's times n / n_half. `half`: 0 or 1. The frame must have halves.
 Frame HalfFrame(const Frame& frame, int half);
 
+// The frame at half its width and height, of whole blocks of 2x2 pixels, the last ones of what is
+// left: means of colours and features, variances of the means of four, counts in all.
+Frame ShrinkFrame(const Frame& frame);
+
 // Both halves of a frame, each filtered without sight of the other.
 struct FilteredHalves {
     std::array<std::array<Plane, 3>, 2> color;

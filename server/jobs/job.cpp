@@ -25,8 +25,10 @@ Job::Job(const std::string& name, std::uint64_t number, JobSetup setup, TimePoin
     : setup_(std::move(setup)), events_(kEventsKept) {
     info_.name = name;
     info_.number = number;
-    info_.samples_budget = setup_.budget;
+    info_.samples_budget = setup_.budgets.samples;
     info_.created = now;
+    planner_ = std::make_shared<BudgetedPlanner>(std::move(setup_.planner), setup_.budgets,
+                                                 setup_.estimators);
     Publish(now);
 }
 
@@ -52,10 +54,10 @@ std::optional<std::size_t> Job::FindPending(std::size_t from,
 }
 
 std::size_t Job::FirstSpareUnit() const {
-    if (open_.empty() || last_planned_) {
+    if (open_.empty() || stop_) {
         return units_planned_;
     }
-    switch (setup_.planner->View()) {
+    switch (planner_->View()) {
         case FilmView::kNothing:
             return open_.front().end();
         case FilmView::kLagging:
@@ -105,6 +107,7 @@ void Job::Accept(std::size_t unit, const std::string& worker, TileResult result,
     const OpenPass& open = PassOf(unit);
     const std::uint64_t samples = Samples(unit);
     info_.samples_done += samples;
+    speed_.Add(now, samples);
     info_.rays += result.rays;
     for (std::size_t k = 0; k < result.pixels.size(); ++k) {
         info_.bad_samples +=
@@ -128,7 +131,7 @@ void Job::Accept(std::size_t unit, const std::string& worker, TileResult result,
 void Job::MergeTile(std::size_t tile) {
     for (const OpenPass& open : open_) {
         // The newest cover is not for the eyes of the next plan.
-        open.pass->Merge(tile, last_planned_ || &open != &open_.back(), film_.get());
+        open.pass->Merge(tile, stop_ || &open != &open_.back(), film_.get());
         if (!open.pass->Merged(tile)) {
             return;
         }
@@ -152,10 +155,12 @@ void Job::Proceed(TimePoint now) {
         planning_ = Planning::kWanted;
         wants_plan_ = true;
     }
-    if (last_planned_ && open_.empty()) {
+    if (stop_ && open_.empty()) {
         info_.state = JobState::kFiltering;
-        info_.message = reason_;
-        setup_.planner.reset();
+        info_.message = stop_->words;
+        info_.stop = stop_->reason;
+        sampled_ = now;
+        planner_.reset();
         Publish(now);
     }
 }
@@ -173,17 +178,25 @@ void Job::EndPass(TimePoint now) {
     info_.relmse = error / static_cast<double>(film_->pixel_count());
     info_.passes.push_back({static_cast<std::uint32_t>(info_.passes.size()), pass.total_samples(),
                             pass.active_pixels(), info_.relmse, ToSeconds(now - pass_start_),
-                            open_.front().plan_seconds});
+                            open_.front().plan_seconds, open_.front().image_relmse,
+                            open_.front().relmse_predicted});
+    if (planner_->View() == FilmView::kNothing) {
+        std::uint64_t samples = 0;
+        for (const auto& p : info_.passes) {
+            samples += p.samples;
+        }
+        errors_.push_back({samples, info_.relmse});
+    }
     pass_start_ = now;
     open_.pop_front();
     Publish(now);
 }
 
 bool Job::MayPlan() const {
-    if (last_planned_ || open_.empty()) {
-        return !last_planned_;
+    if (stop_ || open_.empty()) {
+        return !stop_;
     }
-    switch (setup_.planner->View()) {
+    switch (planner_->View()) {
         case FilmView::kNothing:
             return open_.size() < kMaxOpenPasses;
         case FilmView::kLagging:
@@ -194,7 +207,7 @@ bool Job::MayPlan() const {
     return false;
 }
 
-std::optional<PlanWork> Job::TakePlanWork() {
+std::optional<PlanWork> Job::TakePlanWork(TimePoint now) {
     if (planning_ != Planning::kWanted) {
         return std::nullopt;
     }
@@ -206,8 +219,10 @@ std::optional<PlanWork> Job::TakePlanWork() {
     work.display_height = setup_.display_height;
     work.tile_size = setup_.tile_size;
     work.pass = passes_planned_;
-    work.budget = setup_.budget - samples_planned_;
-    work.planner = setup_.planner;
+    work.planner = planner_;
+    work.samples_done = info_.samples_done;
+    work.samples_per_second = SamplesPerSecond();
+    work.seconds = ToSeconds(now - info_.created);
     work.guide = setup_.guide;
     work.film = film_;
     work.planned = planned_;
@@ -228,6 +243,9 @@ void Job::Planned(PlanResult result, TimePoint now) {
         film_ = std::move(result.film);
     }
     planned_ = std::move(result.planned);
+    info_.finish_seconds_predicted =
+        std::max(info_.finish_seconds_predicted, result.finish_seconds);
+    NoteError(result);
     if (!result.selector.empty()) {
         selector_ = std::move(result.selector);
     }
@@ -237,8 +255,7 @@ void Job::Planned(PlanResult result, TimePoint now) {
     if (result.pass) {
         Open(&result);
     } else {
-        last_planned_ = true;
-        reason_ = std::move(result.reason);
+        stop_ = std::move(result.stop);
     }
     if (!open_.empty()) {
         const Pass& oldest = *open_.front().pass;
@@ -251,6 +268,64 @@ void Job::Planned(PlanResult result, TimePoint now) {
     MergeBacklog();
     Proceed(now);
     Publish(now);
+}
+
+// The estimate that a plan began with is of the passes before it.
+void Job::NoteError(const PlanResult& result) {
+    if (!result.error) {
+        return;
+    }
+    errors_.push_back(*result.error);
+    (open_.empty() ? info_.passes.back().image_relmse : open_.back().image_relmse) =
+        result.error->error;
+    if (setup_.estimators.error) {
+        info_.image_relmse = result.error->error;
+    }
+}
+
+double Job::SamplesPerSecond() const {
+    const double speed = speed_.Get().mean;
+    return speed > 0 || info_.render_seconds <= 0
+               ? speed
+               : static_cast<double>(info_.samples_done) / info_.render_seconds;
+}
+
+// What is to be expected from now on.
+void Job::Expect(TimePoint now) {
+    info_.updated = now;
+    info_.eta.reset();
+    if (info_.state == JobState::kFiltering && sampled_) {
+        if (info_.finish_seconds_predicted > 0) {
+            const double left =
+                std::max(0.0, info_.finish_seconds_predicted - ToSeconds(now - *sampled_));
+            info_.eta = Eta{left, left, left};
+        }
+        return;
+    }
+    if (info_.state != JobState::kRendering) {
+        return;
+    }
+    ForecastInput input;
+    input.budgets = setup_.budgets;
+    if (stop_) {
+        input.budgets.samples = samples_planned_;
+    }
+    input.pixels = setup_.window.area();
+    input.done = info_.samples_done;
+    input.seconds = ToSeconds(now - info_.created);
+    input.speed = speed_.Get();
+    input.finish_seconds = info_.finish_seconds_predicted;
+    input.errors = errors_;
+    input.filtered = static_cast<bool>(setup_.estimators.error);
+    info_.eta = EstimateEta(input);
+    if (input.speed.mean > 0 && !errors_.empty()) {
+        info_.forecast = Forecast(input);
+        if (!info_.predicted && info_.eta) {
+            const double gone = input.seconds;
+            info_.predicted =
+                Eta{gone + info_.eta->seconds, gone + info_.eta->low, gone + info_.eta->high};
+        }
+    }
 }
 
 void Job::Open(PlanResult* result) {
@@ -266,9 +341,9 @@ void Job::Open(PlanResult* result) {
     ++passes_planned_;
     units_planned_ = open.end();
     samples_planned_ += open.pass->total_samples();
-    if (samples_planned_ == setup_.budget) {
-        last_planned_ = true;
-        reason_ = kBudgetSpent;
+    open.relmse_predicted = result->expected_error;
+    if (result->last) {
+        stop_ = Stop{StopReason::kSamples, kBudgetSpent};
     }
 }
 
@@ -321,12 +396,13 @@ void Job::Release() {
     selector_ = {};
     decisions_ = {};
     tile_error_ = {};
-    setup_.planner.reset();
+    planner_.reset();
     setup_.guide = nullptr;
 }
 
 void Job::Publish(TimePoint now) {
     last_publish_ = now;
+    Expect(now);
     events_.Append(info_);
 }
 

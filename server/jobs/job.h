@@ -15,6 +15,7 @@
 #include "server/jobs/pass.h"
 #include "server/jobs/plan_work.h"
 #include "server/jobs/planner.h"
+#include "server/jobs/speed_meter.h"
 
 namespace relume::jobs {
 
@@ -26,7 +27,8 @@ struct JobSetup {
     TileRect window;
     int display_width = 0, display_height = 0;
     int tile_size = 32;
-    std::uint64_t budget = 0;  // samples
+    Budgets budgets;
+    Estimators estimators;
     std::shared_ptr<Planner> planner;
     Guide guide;  // of the planner; empty: the image is not filtered
 };
@@ -59,7 +61,7 @@ class Job {
     void Start(TimePoint now);
 
     // The next pass is to be planned, as RunPlan does; each is handed out once.
-    std::optional<PlanWork> TakePlanWork();
+    std::optional<PlanWork> TakePlanWork(TimePoint now);
     // What came of it. Ignored if the job is over.
     void Planned(PlanResult result, TimePoint now);
     // True if a plan came to be wanted since the last call.
@@ -122,6 +124,7 @@ class Job {
         std::size_t first_unit = 0;
         std::vector<Unit> units;
         double plan_seconds = 0;
+        std::optional<double> image_relmse, relmse_predicted;  // as in PassSummary
 
         std::size_t end() const { return first_unit + units.size(); }
     };
@@ -141,11 +144,16 @@ class Job {
     void Proceed(TimePoint now);
     void EndPass(TimePoint now);
     bool MayPlan() const;
+    void NoteError(const PlanResult& result);
+    void Expect(TimePoint now);
+    // Measured, else over all the time that it has rendered; 0: nothing is known.
+    double SamplesPerSecond() const;
     void Release();
     void End(JobState state, const std::string& message, TimePoint now);
     void Publish(TimePoint now);
 
     JobSetup setup_;
+    std::shared_ptr<BudgetedPlanner> planner_;
     JobInfo info_;
     EventLog events_;
     TimePoint last_publish_;
@@ -158,8 +166,11 @@ class Job {
     std::size_t units_planned_ = 0;
     std::uint64_t samples_planned_ = 0;
     Planning planning_ = Planning::kNone;
-    bool last_planned_ = false;  // no more plans, for `reason_`
-    std::string reason_;
+    std::optional<Stop> stop_;  // no more plans
+    std::vector<ErrorPoint>
+        errors_;  // as planned by, or of passes that ended where plans don't tell
+    SpeedMeter speed_;
+    std::optional<TimePoint> sampled_;  // when the last sample was in
     std::vector<float> selector_;
     std::vector<Decision> decisions_;
     std::vector<std::size_t> backlog_;  // tiles whose results waited for the plan

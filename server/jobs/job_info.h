@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "core/base/clock.h"
+#include "server/jobs/budget.h"
+#include "server/jobs/forecast.h"
 
 namespace relume::jobs {
 
@@ -25,6 +27,9 @@ struct PassSummary {
     double relmse = 0;        // estimate for the unfiltered image after the pass
     double seconds = 0;       // from the end of the pass before, or the first lease, to its own
     double plan_seconds = 0;  // to plan it, while workers went on
+    // Of the image that is returned: estimated when the next pass was planned, and what that was
+    // expected to be when this one was.
+    std::optional<double> image_relmse, relmse_predicted;
 };
 
 struct WorkerShare {
@@ -56,7 +61,8 @@ struct JobInfo {
     std::uint64_t number = 0;  // rises with every job
     JobState state = JobState::kQueued;
     std::string message;  // why it failed, or why sampling stopped
-    std::uint64_t samples_done = 0, samples_budget = 0;
+    std::uint64_t samples_done = 0;
+    std::optional<std::uint64_t> samples_budget;
     double relmse = 0;
     std::uint64_t rays = 0, bad_samples = 0;
     std::vector<PassSummary> passes;             // that are wholly in the film
@@ -69,6 +75,13 @@ struct JobInfo {
     double plan_seconds = 0;    // of all plans
     double merge_seconds = 0;   // to read, check and merge all results
     std::vector<std::string> notes;
+    std::optional<StopReason> stop;
+    std::optional<double> image_relmse;   // of the last plan
+    std::vector<ForecastPoint> forecast;  // after it
+    std::optional<Eta> eta;               // from `updated` on
+    std::optional<Eta> predicted;         // from `created` on, after the first estimate
+    double finish_seconds_predicted = 0;
+    TimePoint updated;          // when this was published
     std::string numeric_class;  // of the workers that may work on it; "" = none has yet
 };
 

@@ -104,7 +104,7 @@ void JobQueue::NoteStateOf(Job* job) {
     }
 }
 
-std::optional<PlanWork> JobQueue::TakePlanWork() {
+std::optional<PlanWork> JobQueue::TakePlanWork(TimePoint now) {
     while (!to_plan_.empty()) {
         const std::string name = std::move(to_plan_.front());
         to_plan_.pop_front();
@@ -112,7 +112,7 @@ std::optional<PlanWork> JobQueue::TakePlanWork() {
         if (it == jobs_.end()) {
             continue;
         }
-        if (auto work = it->second->TakePlanWork()) {
+        if (auto work = it->second->TakePlanWork(now)) {
             return work;
         }
     }

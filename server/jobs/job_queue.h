@@ -59,7 +59,7 @@ class JobQueue {
     std::vector<std::string> ForgetOverJobs(std::size_t keep);
 
     // A pass that is to be planned: RunPlan's matter, on any thread. Each is handed out once.
-    std::optional<PlanWork> TakePlanWork();
+    std::optional<PlanWork> TakePlanWork(TimePoint now);
     // What came of it; ignored if the job was cancelled in between.
     void Planned(const std::string& name, PlanResult result, TimePoint now);
 

@@ -138,13 +138,19 @@ std::vector<float> PoolNeighbours(const Film& film) {
                 }
             }
             for (std::size_t x = 0; x < static_cast<std::size_t>(width); ++x) {
+                const std::size_t i =
+                    static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + x;
+                // A pixel that is alone has but itself.
+                const bool alone = row.freedom[x] == 0;
+                const float freedom = alone ? planes.freedom[i] : row.freedom[x];
+                const float samples = alone ? planes.samples[i] : row.samples[x];
                 float sum = 0;
-                for (std::size_t c = 0; c < 3 && row.freedom[x] > 0; ++c) {
-                    sum += row.m2[c][x] / row.freedom[x] /
-                           (Square(row.sum[c][x] / row.samples[x]) + kEpsilon);
+                for (std::size_t c = 0; c < 3 && freedom > 0; ++c) {
+                    const float m2 = alone ? planes.m2[c][i] : row.m2[c][x];
+                    const float value = alone ? planes.sum[c][i] : row.sum[c][x];
+                    sum += m2 / freedom / (Square(value / samples) + kEpsilon);
                 }
-                relative[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + x] =
-                    sum / 3;
+                relative[i] = sum / 3;
             }
         }
     });

@@ -7,13 +7,12 @@
 #include <utility>
 
 #include "core/base/clock.h"
-#include "core/base/error.h"
 #include "server/jobs/cover.h"
 
 namespace relume::jobs {
 namespace {
 
-void MakePlan(const PlanWork& work, PlanResult* result) {
+void MakePlan(const PlanWork& work, const Clock& clock, TimePoint start, PlanResult* result) {
     std::shared_ptr<const Film> film = work.film;
     result->planned = work.planned;
     if (!film) {
@@ -23,29 +22,25 @@ void MakePlan(const PlanWork& work, PlanResult* result) {
             std::make_shared<const std::vector<std::uint32_t>>(film->pixel_count(), 0);
     }
     const std::vector<std::uint32_t>& first = *result->planned;
-    Plan plan =
-        work.planner->NextPass({*film, work.budget, first, work.guide ? &work.guide : nullptr});
-    result->reason = std::move(plan.reason);
-    result->selector = std::move(plan.selector);
-    result->decisions = std::move(plan.decisions);
-    if (plan.counts.empty()) {
+    BudgetedPlanner::Pass pass = work.planner->NextPass(
+        {*film, first, work.guide ? &work.guide : nullptr, work.samples_done,
+         work.samples_per_second, [&] { return work.seconds + ToSeconds(clock.Now() - start); }});
+    result->stop = std::move(pass.stop);
+    result->last = pass.last;
+    result->error = pass.error;
+    result->expected_error = pass.expected_error;
+    result->finish_seconds = pass.finish_seconds;
+    result->selector = std::move(pass.plan.selector);
+    result->decisions = std::move(pass.plan.decisions);
+    if (result->stop) {
         return;
     }
-    std::uint64_t total = 0;
-    for (const std::uint32_t count : plan.counts) {
-        total += count;
-    }
-    if (plan.counts.size() != first.size() || total == 0 || total > work.budget) {
-        throw Error(ErrorCode::kInternal,
-                    fmt::format("sampler planned {} samples for {} of {} pixels with {} left",
-                                total, plan.counts.size(), first.size(), work.budget));
-    }
     std::vector<std::uint32_t> cover;
-    if (work.planner->View() == FilmView::kLagging && total < work.budget) {
-        cover = CutCover(work.window, work.pass, first, plan.counts);
+    if (work.planner->View() == FilmView::kLagging && !pass.last) {
+        cover = CutCover(work.window, work.pass, first, pass.plan.counts);
     }
     result->pass = std::make_shared<Pass>(work.window, work.tile_size, first,
-                                          std::move(plan.counts), std::move(cover));
+                                          std::move(pass.plan.counts), std::move(cover));
     result->planned = std::make_shared<const std::vector<std::uint32_t>>(result->pass->NextFirst());
 }
 
@@ -56,7 +51,7 @@ PlanResult RunPlan(const PlanWork& work) {
     const TimePoint start = clock.Now();
     PlanResult result;
     try {
-        MakePlan(work, &result);
+        MakePlan(work, clock, start, &result);
     } catch (const std::bad_alloc&) {
         result.failure = fmt::format(
             "the server ran out of memory while it planned a pass of {}x{} pixels; choose a "

@@ -2,10 +2,12 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/film/film.h"
+#include "server/jobs/budgeted_planner.h"
 #include "server/jobs/pass.h"
 #include "server/jobs/planner.h"
 
@@ -18,19 +20,25 @@ struct PlanWork {
     TileRect window;
     int display_width = 0, display_height = 0;
     int tile_size = 32;
-    std::uint32_t pass = 0;    // from 0
-    std::uint64_t budget = 0;  // samples left
-    std::shared_ptr<Planner> planner;
-    Guide guide;                                                // may be empty
-    std::shared_ptr<const Film> film;                           // null: of the first pass
+    std::uint32_t pass = 0;  // from 0
+    std::shared_ptr<BudgetedPlanner> planner;
+    std::uint64_t samples_done = 0;    // when the work was handed out, as the next two
+    double samples_per_second = 0;     // 0: not known
+    double seconds = 0;                // since the job was made
+    Guide guide;                       // may be empty
+    std::shared_ptr<const Film> film;  // null: of the first pass
     std::shared_ptr<const std::vector<std::uint32_t>> planned;  // of each pixel; null with film
 };
 
 // What came of it.
 struct PlanResult {
-    std::shared_ptr<Film> film;  // of the first pass: a black one
-    std::shared_ptr<Pass> pass;  // null: no more passes, for `reason`
-    std::string reason;
+    std::shared_ptr<Film> film;       // of the first pass: a black one
+    std::shared_ptr<Pass> pass;       // null: no more passes
+    std::optional<Stop> stop;         // why there are none
+    bool last = false;                // nor will there be after this one: the samples are spent
+    std::optional<ErrorPoint> error;  // as in BudgetedPlanner::Pass, as the next two
+    std::optional<double> expected_error;
+    double finish_seconds = 0;
     std::shared_ptr<const std::vector<std::uint32_t>> planned;  // with this pass
     std::vector<float> selector;                                // as in Plan
     std::vector<Decision> decisions;

@@ -20,6 +20,11 @@ constexpr double kTickSeconds = 0.1;
 constexpr std::size_t kOverJobsKept = 1000;  // with their results
 constexpr const char* kJobPrefix = "jobs/";
 
+// What the time to finish an image depends on, beside its size.
+std::string FinishKind(const CheckedSpec& spec) {
+    return spec.filter + (spec.message.all_layers() ? " all layers" : "");
+}
+
 std::string RandomName() {
     std::random_device random;
     return fmt::format("{}{:08x}{:08x}", kJobPrefix, random(), random());
@@ -69,13 +74,23 @@ std::string Coordinator::CreateJob(const std::string& request_id, CheckedSpec sp
     while (records_.count(name) != 0) {
         name = RandomName();
     }
-    queue_.AddJob(name, spec.Setup(), Now());
-    spdlog::info("{}: {} at {}x{}, {} spp, sampler {}, filter {}", name, spec.manifest.main,
+    jobs::JobSetup setup = spec.Setup();
+    const auto cancel = std::make_shared<CancelToken>();
+    if (spec.budgets.seconds) {
+        setup.estimators.finish_seconds = [this, spec, cancel](const Film& film) {
+            return PredictFinish(film, spec, *cancel);
+        };
+    }
+    queue_.AddJob(name, std::move(setup), Now());
+    spdlog::info("{}: {} at {}x{}, {}, sampler {}, filter {}", name, spec.manifest.main,
                  spec.settings.Window().width(), spec.settings.Window().height(),
-                 spec.message.spp(), spec.sampler, spec.filter);
+                 jobs::Describe(spec.budgets), spec.sampler, spec.filter);
     Record& record = records_[name];
     record.scene_sha256 = ManifestDigest(spec.manifest);
+    record.cancel = cancel;
     record.spec = std::move(spec);
+    record.brief = record.spec.message;
+    record.brief.mutable_scene()->clear_entries();
     if (!request_id.empty()) {
         record.request_id = request_id;
         request_ids_[request_id] = name;
@@ -92,21 +107,7 @@ void Coordinator::CancelJob(const std::string& name) {
 void Coordinator::FillJob(const jobs::JobInfo& info, bool with_entries, v1::Job* job) const {
     const Record& record = records_.at(info.name);
     InfoToProto(info, wall_, job);
-    v1::JobSpec* spec = job->mutable_spec();
-    if (with_entries) {
-        *spec = record.spec.message;
-    } else {
-        // Copies all but the list, which may be long.
-        const v1::JobSpec& full = record.spec.message;
-        *spec->mutable_settings() = full.settings();
-        spec->mutable_scene()->set_main(full.scene().main());
-        spec->set_sampler(full.sampler());
-        spec->set_filter(full.filter());
-        spec->set_spp(full.spp());
-        spec->set_tile_size(full.tile_size());
-        spec->set_all_layers(full.all_layers());
-        spec->set_display_name(full.display_name());
-    }
+    *job->mutable_spec() = with_entries ? record.spec.message : record.brief;
     job->set_scene_sha256(record.scene_sha256);
 }
 
@@ -154,7 +155,7 @@ void Coordinator::StopStreams() {
 
 void Coordinator::StartPlans() {
     while (!stopping_) {
-        auto taken = queue_.TakePlanWork();
+        auto taken = queue_.TakePlanWork(Now());
         if (!taken) {
             return;
         }
@@ -191,15 +192,32 @@ void Coordinator::StartFilters() {
     }
 }
 
+// By what was measured, else by doing it once with the samples so far.
+double Coordinator::PredictFinish(const Film& film, const CheckedSpec& spec,
+                                  const CancelToken& cancel) {
+    const std::string kind = FinishKind(spec);
+    if (const auto seconds = finish_times_.Predict(kind, film.pixel_count())) {
+        return *seconds;
+    }
+    jobs::JobQueue::FilterWork trial;
+    trial.film = {std::shared_ptr<const Film>(), &film};  // not owned
+    const TimePoint start = Now();
+    Sha256Hex(FinishImage(trial, spec, "", cancel).exr);
+    finish_times_.Add(kind, film.pixel_count(), ToSeconds(Now() - start));
+    return ToSeconds(Now() - start);
+}
+
 void Coordinator::Filter(const jobs::JobQueue::FilterWork& work, const CheckedSpec& spec,
                          const std::string& numeric_class, const CancelToken& cancel) {
     const std::string& name = work.name;
     std::string failure;
+    const TimePoint start = Now();
     try {
         FinishedImage finished = FinishImage(work, spec, numeric_class, cancel);
         std::string sha256 = Sha256Hex(finished.exr);
         if (!cancel.cancelled()) {
             results_.Put(JobId(name), finished.exr);
+            finish_times_.Add(FinishKind(spec), work.film->pixel_count(), ToSeconds(Now() - start));
             control_.Post(
                 [this, name, outcome = std::move(finished.outcome), sha256 = std::move(sha256)] {
                     if (const auto record = records_.find(name); record != records_.end()) {

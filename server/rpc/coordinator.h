@@ -11,6 +11,7 @@
 #include "core/base/clock.h"
 #include "server/jobs/job_queue.h"
 #include "server/rpc/executor.h"
+#include "server/rpc/finish_times.h"
 #include "server/rpc/job_message.h"
 #include "server/rpc/job_spec.h"
 #include "server/store/blob_store.h"
@@ -82,15 +83,17 @@ class Coordinator {
   private:
     struct Record {
         CheckedSpec spec;
+        v1::JobSpec brief;  // without the list of the scene's files, which may be long
         std::string request_id;
         std::string scene_sha256;
         std::string result_sha256;
-        std::shared_ptr<CancelToken> cancel = std::make_shared<CancelToken>();
+        std::shared_ptr<CancelToken> cancel;
     };
 
     static void ForEach(const std::set<Listener*>& listeners, void (Listener::*call)());
     void StartPlans();
     void StartFilters();
+    double PredictFinish(const Film& film, const CheckedSpec& spec, const CancelToken& cancel);
     void Filter(const jobs::JobQueue::FilterWork& work, const CheckedSpec& spec,
                 const std::string& numeric_class, const CancelToken& cancel);
 
@@ -100,6 +103,7 @@ class Coordinator {
     store::DataFolder folder_;
     store::BlobStore blobs_;
     store::ResultStore results_;
+    FinishTimes finish_times_;
 
     // Of the control thread.
     jobs::JobQueue queue_;

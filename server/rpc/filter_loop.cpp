@@ -1,7 +1,10 @@
 #include "server/rpc/filter_loop.h"
 
+#include <vector>
+
 #include "core/base/cancel_token.h"
 #include "server/denoise/denoiser.h"
+#include "server/denoise/error_estimate.h"
 #include "server/denoise/frame.h"
 #include "server/denoise/halves.h"
 
@@ -9,13 +12,33 @@ namespace relume::server {
 
 jobs::Guide MakeGuide(const std::string& filter) {
     std::shared_ptr<const denoise::Denoiser> denoiser = denoise::MakeDenoiser(filter);
-    if (denoiser->Describe() == "none") {
+    if (denoiser->Describe() == "none" || denoiser->GetNeeds().halves) {
         return {};
     }
     return [denoiser](const Film& film) {
-        const denoise::Frame frame = denoise::FrameFromFilm(film);
-        return denoise::Disagreement(denoise::FilterHalves(*denoiser, frame, CancelToken()));
+        const denoise::Frame small = denoise::ShrinkFrame(denoise::FrameFromFilm(film));
+        const denoise::Plane differ =
+            denoise::Disagreement(denoise::FilterHalves(*denoiser, small, CancelToken()));
+        std::vector<float> whole(film.pixel_count());
+        const auto width = static_cast<std::size_t>(film.width());
+        for (std::size_t i = 0; i < whole.size(); ++i) {
+            whole[i] =
+                differ[i / width / 2 * static_cast<std::size_t>(small.width) + i % width / 2];
+        }
+        return whole;
     };
+}
+
+double EstimateImageError(const Film& film, const std::string& filter) {
+    const denoise::Frame frame = denoise::FrameFromFilm(film);
+    const auto denoiser = denoise::MakeDenoiser(filter);
+    if (denoiser->Describe() != "none") {
+        const denoise::Result result = denoise::RunDenoiser(*denoiser, frame, CancelToken());
+        if (const auto error = denoise::EstimateFiltered(*denoiser, frame, result, CancelToken())) {
+            return error->relmse;
+        }
+    }
+    return denoise::EstimateNoisy(frame).relmse;
 }
 
 }  // namespace relume::server

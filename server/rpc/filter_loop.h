@@ -8,7 +8,13 @@
 namespace relume::server {
 
 // The filter in the sampler's loop: where the two filtered halves of a film disagree
-// (denoise/halves.h). `filter` is a job's; "none" has no loop: an empty Guide.
+// (denoise/halves.h). `filter` is a job's. An empty Guide for "none", and for one that can't filter
+// a half alone.
+// Halves of the size are filtered: a quarter of the time, and no worse a guide (bench/sampling).
 jobs::Guide MakeGuide(const std::string& filter);
+
+// Estimated RelMSE of a job's image if it were finished now (denoise/error_estimate.h); of the
+// unfiltered image if the filter has no estimate.
+double EstimateImageError(const Film& film, const std::string& filter);
 
 }  // namespace relume::server

@@ -28,6 +28,50 @@ v1::JobState StateToProto(jobs::JobState state) {
     return v1::JOB_STATE_UNSPECIFIED;
 }
 
+v1::StopReason StopToProto(jobs::StopReason reason) {
+    switch (reason) {
+        case jobs::StopReason::kSamples:
+            return v1::STOP_REASON_SPP;
+        case jobs::StopReason::kTarget:
+            return v1::STOP_REASON_TARGET;
+        case jobs::StopReason::kTimeLimit:
+            return v1::STOP_REASON_TIME_LIMIT;
+        case jobs::StopReason::kMaxSpp:
+            return v1::STOP_REASON_MAX_SPP;
+        case jobs::StopReason::kSampler:
+            return v1::STOP_REASON_SAMPLER;
+    }
+    return v1::STOP_REASON_UNSPECIFIED;
+}
+
+// Why it stopped, and what was and is expected of it.
+void ExpectationsToProto(const jobs::JobInfo& info, v1::Job* job) {
+    if (info.stop) {
+        job->set_stop_reason(StopToProto(*info.stop));
+    }
+    if (info.image_relmse) {
+        job->set_image_relmse(*info.image_relmse);
+    }
+    for (const auto& point : info.forecast) {
+        v1::ForecastPoint* p = job->add_forecast();
+        p->set_samples(point.samples);
+        p->set_seconds(point.seconds);
+        p->set_relmse(point.relmse);
+    }
+    if (info.eta) {
+        job->set_eta_seconds(info.eta->seconds);
+        job->set_eta_low_seconds(info.eta->low);
+        job->set_eta_high_seconds(info.eta->high);
+    }
+    if (info.predicted) {
+        job->set_predicted_seconds(info.predicted->seconds);
+        job->set_predicted_low_seconds(info.predicted->low);
+        job->set_predicted_high_seconds(info.predicted->high);
+    }
+    job->set_finish_seconds_predicted(info.finish_seconds_predicted);
+    job->set_elapsed_seconds(ToSeconds(info.ended.value_or(info.updated) - info.created));
+}
+
 void OutcomeToProto(const jobs::Outcome& outcome, v1::Job* job) {
     v1::FilterSummary* filter = job->mutable_filter();
     filter->set_filter(outcome.filter);
@@ -56,7 +100,7 @@ void InfoToProto(const jobs::JobInfo& info, const WallClock& wall, v1::Job* job)
     job->set_state(StateToProto(info.state));
     job->set_message(info.message);
     job->set_samples_done(info.samples_done);
-    job->set_samples_budget(info.samples_budget);
+    job->set_samples_budget(info.samples_budget.value_or(0));
     job->set_relmse(info.relmse);
     job->set_rays(info.rays);
     job->set_bad_samples(info.bad_samples);
@@ -68,6 +112,12 @@ void InfoToProto(const jobs::JobInfo& info, const WallClock& wall, v1::Job* job)
         p->set_relmse(pass.relmse);
         p->set_seconds(pass.seconds);
         p->set_plan_seconds(pass.plan_seconds);
+        if (pass.image_relmse) {
+            p->set_image_relmse(*pass.image_relmse);
+        }
+        if (pass.relmse_predicted) {
+            p->set_relmse_predicted(*pass.relmse_predicted);
+        }
     }
     for (const auto& [name, share] : info.workers) {
         v1::WorkerShare* w = job->add_workers();
@@ -87,6 +137,7 @@ void InfoToProto(const jobs::JobInfo& info, const WallClock& wall, v1::Job* job)
     job->set_plan_seconds(info.plan_seconds);
     job->set_merge_seconds(info.merge_seconds);
     job->mutable_notes()->Assign(info.notes.begin(), info.notes.end());
+    ExpectationsToProto(info, job);
     if (info.outcome) {
         OutcomeToProto(*info.outcome, job);
     }

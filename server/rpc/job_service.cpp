@@ -49,7 +49,7 @@ grpc::ServerUnaryReactor* JobService::CreateJob(grpc::CallbackServerContext* con
         if (!status.ok() || request->validate_only()) {
             if (status.ok()) {
                 *response->mutable_job()->mutable_spec() = request->spec();
-                response->mutable_job()->set_samples_budget(spec->budget);
+                response->mutable_job()->set_samples_budget(spec->budgets.samples.value_or(0));
             }
             reactor->Finish(status);
             return;

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "proto/codec/budgets.h"
 #include "proto/codec/codec.h"
 #include "server/denoise/denoiser.h"
 #include "server/rpc/filter_loop.h"
@@ -14,7 +15,6 @@
 namespace relume::server {
 namespace {
 
-constexpr double kMaxSpp = 1 << 20;
 constexpr int kMinTileSize = 8, kDefaultTileSize = 32;
 constexpr std::size_t kMaxDisplayName = 200;
 // Film, planner, and the filter's frame and layers at the same time.
@@ -48,6 +48,30 @@ void CheckBlobs(const SceneManifest& manifest, const store::BlobStore& blobs) {
     }
 }
 
+jobs::Budgets BudgetsOf(const v1::JobSpec& spec, const TileRect& window) {
+    codec::CheckBudgets(spec);
+    jobs::Budgets budgets;
+    if (spec.spp() > 0) {
+        budgets.samples = static_cast<std::uint64_t>(
+            std::llround(spec.spp() * static_cast<double>(window.area())));
+        if (*budgets.samples == 0) {
+            ThrowInvalidArgument(
+                fmt::format("spp {}: less than one sample in the whole image", spec.spp()));
+        }
+    }
+    budgets.min_spp = spec.min_spp();
+    if (spec.has_max_spp()) {
+        budgets.max_spp = spec.max_spp();
+    }
+    if (spec.has_target()) {
+        budgets.target = spec.target();
+    }
+    if (spec.has_time_limit()) {
+        budgets.seconds = spec.time_limit();
+    }
+    return budgets;
+}
+
 }  // namespace
 
 CheckedSpec CheckSpec(const v1::JobSpec& spec, const store::BlobStore& blobs) {
@@ -63,16 +87,7 @@ CheckedSpec CheckSpec(const v1::JobSpec& spec, const store::BlobStore& blobs) {
             fmt::format("the environment '{}' is not among the scene's files", environment));
     }
 
-    if (!(spec.spp() > 0) || spec.spp() > kMaxSpp) {
-        ThrowInvalidArgument(fmt::format("spp {}: must be above 0 and at most {}", spec.spp(),
-                                         static_cast<int>(kMaxSpp)));
-    }
-    checked.budget = static_cast<std::uint64_t>(
-        std::llround(spec.spp() * static_cast<double>(checked.settings.Window().area())));
-    if (checked.budget == 0) {
-        ThrowInvalidArgument(
-            fmt::format("spp {}: less than one sample in the whole image", spec.spp()));
-    }
+    checked.budgets = BudgetsOf(spec, checked.settings.Window());
 
     checked.tile_size = spec.tile_size() == 0 ? kDefaultTileSize : spec.tile_size();
     if (checked.tile_size < kMinTileSize || checked.tile_size > codec::kMaxTileSide) {
@@ -102,9 +117,13 @@ jobs::JobSetup CheckedSpec::Setup() const {
     setup.display_width = settings.width;
     setup.display_height = settings.height;
     setup.tile_size = tile_size;
-    setup.budget = budget;
+    setup.budgets = budgets;
     setup.planner = jobs::MakePlanner(sampler);
     setup.guide = MakeGuide(filter);
+    setup.estimators.error = [name = filter](const Film& film) {
+        return EstimateImageError(film, name);
+    };
+    setup.estimators.filtered = filter != "none";
     return setup;
 }
 

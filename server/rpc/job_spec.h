@@ -5,6 +5,7 @@
 #include "core/scene/manifest.h"
 #include "core/scene/render_settings.h"
 #include "relume/v1/jobs.pb.h"
+#include "server/jobs/budget.h"
 #include "server/jobs/job.h"
 #include "server/store/blob_store.h"
 
@@ -20,7 +21,7 @@ struct CheckedSpec {
     RenderSettings settings;
     std::string sampler, filter;  // with all parameters
     int tile_size = 32;
-    std::uint64_t budget = 0;  // samples
+    jobs::Budgets budgets;
 
     jobs::JobSetup Setup() const;
 };

@@ -141,7 +141,13 @@ TEST_F(JobServiceTest, SpecsThatMakeNoSenseAreAnsweredAndTheServerLives) {
     expect(bad, "size 1000000000x",
            [](auto* s) { s->mutable_settings()->set_width(1'000'000'000); });
     expect(bad, "crop", [](auto* s) { s->mutable_settings()->mutable_crop()->set_x1(1'000); });
-    expect(bad, "spp 0", [](auto* s) { s->set_spp(0); });
+    expect(bad, "spp 0: the job has no budget", [](auto* s) { s->set_spp(0); });
+    expect(bad, "target 0", [](auto* s) { s->set_target(0); });
+    expect(bad, "time-limit nan", [](auto* s) { s->set_time_limit(std::nan("")); });
+    expect(bad, "min-spp 9 is more than max-spp 8", [](auto* s) {
+        s->set_min_spp(9);
+        s->set_max_spp(8);
+    });
     expect(bad, "spp -8", [](auto* s) { s->set_spp(-8); });
     expect(bad, "spp nan", [](auto* s) { s->set_spp(std::nan("")); });
     expect(bad, "spp inf", [](auto* s) { s->set_spp(INFINITY); });

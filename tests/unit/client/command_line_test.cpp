@@ -58,6 +58,12 @@ TEST(CommandLine, RefusesInOneLineThatSaysWhereToLook) {
     ExpectRefused({"render", "s.gltf"}, kExitUsage, "--output");
     ExpectRefused({"render", "s.gltf", "-o", "x.exr", "--size", "0x0"}, kExitUsage, "1 to 65536");
     ExpectRefused({"render", "s.gltf", "-o", "x.exr", "--tile-size", "7"}, kExitUsage, "8 to 64");
+    for (const char* option : {"--spp", "--target", "--time-limit", "--min-spp", "--max-spp"}) {
+        for (const char* value : {"0", "-1", "nan", "x"}) {
+            ExpectRefused({"render", "s.gltf", "-o", "x.exr", std::string(option) + "=" + value},
+                          kExitUsage, std::string(option) + " " + value + ": must be a");
+        }
+    }
     ExpectRefused({"render", "s.gltf", "-o", "x", "--png", "x"}, kExitUsage, "one file");
     ExpectRefused(
         {"render", "s.gltf", "-o", "x.exr", "--workers", "2", "--server", "localhost:7878"},

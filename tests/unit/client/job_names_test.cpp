@@ -24,6 +24,14 @@ TEST(JobState, IsOverExactlyInTheEndStates) {
     }
 }
 
+TEST(StopReason, EachHasAName) {
+    std::set<std::string> names;
+    for (int i = v1::StopReason_MIN; i <= v1::StopReason_MAX; ++i) {
+        const std::string name = StopReasonName(static_cast<v1::StopReason>(i));
+        EXPECT_TRUE(names.insert(name).second) << name;
+    }
+}
+
 TEST(RequestId, IsARandomUuidOfVersion4) {
     const std::regex uuid("[0-9a-f]{8}-[0-9a-f]{4}-4[0-9a-f]{3}-[89ab][0-9a-f]{3}-[0-9a-f]{12}");
     std::set<std::string> ids;

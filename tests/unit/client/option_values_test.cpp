@@ -1,5 +1,6 @@
 #include "client/cli/option_values.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "core/base/error.h"
@@ -61,15 +62,35 @@ TEST(ParseCrop, RefusesWhatIsNoRectangle) {
     }
 }
 
-TEST(ParseSpp, ReadsWholeAndBroken) {
-    EXPECT_EQ(ParseSpp("8"), 8);
-    EXPECT_EQ(ParseSpp("0.25"), 0.25);
-    EXPECT_EQ(ParseSpp("1048576"), 1048576);
+TEST(ParsePositive, ReadsWholeAndBroken) {
+    EXPECT_EQ(ParsePositive("--spp", 1 << 20, "8"), 8);
+    EXPECT_EQ(ParsePositive("--spp", 1 << 20, "0.25"), 0.25);
+    EXPECT_EQ(ParsePositive("--spp", 1 << 20, "1048576"), 1048576);
+    EXPECT_EQ(ParsePositive("--target", 1000, "2e-3"), 0.002);
 }
 
-TEST(ParseSpp, RefusesWhatIsNoBudget) {
-    for (const char* text : {"", "0", "-1", "nan", "inf", "1048577", "8 ", "8x", "eight"}) {
-        EXPECT_NE(Refusal(ParseSpp, text).find("above 0"), std::string::npos) << text;
+TEST(ParsePositive, RefusesWhatIsNoBudget) {
+    const auto parse = [](const std::string& text) {
+        return ParsePositive("--spp", 1 << 20, text);
+    };
+    for (const char* text :
+         {"", "0", "-1", "nan", "inf", "1048577", "8 ", "8x", "eight", "1e999"}) {
+        const std::string said =
+            fmt::format("--spp {}: must be a number above 0 and at most 1048576", text);
+        EXPECT_EQ(Refusal(parse, text), said);
+    }
+}
+
+TEST(ParseCount, ReadsWholeNumbersAlone) {
+    const auto parse = [](const std::string& text) {
+        return ParseCount("--max-spp", 1 << 20, text);
+    };
+    EXPECT_EQ(parse("1"), 1u);
+    EXPECT_EQ(parse("1048576"), 1048576u);
+    for (const char* text : {"", "0", "-1", "nan", "1048577", "8.5", "many"}) {
+        const std::string said =
+            fmt::format("--max-spp {}: must be a whole number from 1 to 1048576", text);
+        EXPECT_EQ(Refusal(parse, text), said);
     }
 }
 

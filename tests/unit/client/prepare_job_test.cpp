@@ -55,7 +55,7 @@ TEST_F(PrepareJobTest, WhatTheFileAsksForHoldsWhereNoOptionDoes) {
 
     options_.size = Size{16, 8};
     options_.max_depth = 3;
-    options_.spp = 2;
+    options_.budgets.spp = 2;
     const PreparedJob own = Prepare(std::string(kSays) + kWorld);
     EXPECT_EQ(own.spec.settings().width(), 16);
     EXPECT_EQ(own.spec.settings().height(), 8);
@@ -65,11 +65,48 @@ TEST_F(PrepareJobTest, WhatTheFileAsksForHoldsWhereNoOptionDoes) {
 }
 
 TEST_F(PrepareJobTest, AFileThatAsksForNothingGetsTheDefaults) {
+    options_.sampler = "uniform";
     const PreparedJob job = Prepare(kWorld);
     EXPECT_EQ(job.spec.settings().width(), 1280);
     EXPECT_EQ(job.spec.settings().max_depth(), 8);
     EXPECT_EQ(job.spec.spp(), 32);
     EXPECT_THAT(job.notes, Not(Contains(HasSubstr("as the scene file says"))));
+}
+
+TEST_F(PrepareJobTest, AnyBudgetTakesThePlaceOfTheScenesSamples) {
+    const std::string scene = std::string(kSays) + kWorld;
+    options_.budgets.min_spp = 6;
+    EXPECT_EQ(Prepare(scene).spec.spp(), 64) << "a minimum is no budget";
+    EXPECT_EQ(Prepare(scene).spec.min_spp(), 6u);
+    for (const auto set : std::vector<void (*)(BudgetOptions*)>{
+             [](BudgetOptions* b) { b->max_spp = 100; }, [](BudgetOptions* b) { b->target = 0.25; },
+             [](BudgetOptions* b) { b->time_limit = 20; }}) {
+        options_.budgets = {};
+        set(&options_.budgets);
+        const v1::JobSpec spec = Prepare(scene).spec;
+        EXPECT_EQ(spec.spp(), 0);
+        EXPECT_EQ(spec.max_spp(), options_.budgets.max_spp.value_or(0));
+        EXPECT_EQ(spec.target(), options_.budgets.target.value_or(0));
+        EXPECT_EQ(spec.time_limit(), options_.budgets.time_limit.value_or(0));
+    }
+}
+
+TEST_F(PrepareJobTest, WithoutAnyBudgetAdaptiveGoesOnUntilAllIsConverged) {
+    options_.sampler = "adaptive:pilot=4";
+    const PreparedJob job = Prepare(kWorld);
+    EXPECT_EQ(job.spec.spp(), 0);
+    EXPECT_EQ(job.spec.target(), 0.005);
+    EXPECT_FALSE(job.spec.has_max_spp());
+    EXPECT_THAT(job.notes, Contains(HasSubstr("until the estimated RelMSE is 0.005")));
+    EXPECT_EQ(Prepare(std::string(kSays) + kWorld).spec.spp(), 64);
+}
+
+TEST_F(PrepareJobTest, BudgetsThatExcludeEachOtherAreRefused) {
+    options_.budgets.min_spp = 9;
+    options_.budgets.spp = 8.5;
+    const auto [code, message] = Refusal();
+    EXPECT_EQ(code, kExitUsage);
+    EXPECT_THAT(message, HasSubstr("min-spp 9 is more than spp 8.5"));
 }
 
 TEST_F(PrepareJobTest, StrictNamesAllThatWouldBeReplaced) {

@@ -68,14 +68,32 @@ TEST(RateEstimate, PassesOverEventsThatComeTwice) {
     EXPECT_DOUBLE_EQ(*rate.PerSecond(), 100);
 }
 
-TEST(Eta, IsTheRestOverTheRate) {
-    const v1::Job job = Rendering(1, 4000);
-    EXPECT_DOUBLE_EQ(*Eta(job, 500.0), 12);
-    EXPECT_FALSE(Eta(job, std::nullopt));
-    EXPECT_FALSE(Eta(job, 0.0));
-    v1::Job queued = job;
-    queued.set_state(v1::JOB_STATE_QUEUED);
-    EXPECT_FALSE(Eta(queued, 500.0));
+void SetEta(double seconds, double low, double high, v1::Job* job) {
+    job->set_eta_seconds(seconds);
+    job->set_eta_low_seconds(low);
+    job->set_eta_high_seconds(high);
+}
+
+TEST(FormatEta, HasAnIntervalThatSaysSomething) {
+    v1::Job job;
+    EXPECT_EQ(FormatEta(job), "");
+    SetEta(12, 10, 15, &job);
+    EXPECT_EQ(FormatEta(job), "12 s left (10-15)");
+    SetEta(12, 11.5, 12, &job);
+    EXPECT_EQ(FormatEta(job), "12 s left");
+    SetEta(185, 59, 300, &job);
+    EXPECT_EQ(FormatEta(job), "3 min 05 s left (59 s - 5 min 00 s)");
+    SetEta(55, 50, 70, &job);
+    EXPECT_EQ(FormatEta(job), "55 s left (50 s - 1 min 10 s)");
+}
+
+TEST(ShareDone, IsOfTheTimeIfThatIsKnownElseOfTheBudget) {
+    v1::Job job = Rendering(1, 4000);
+    EXPECT_DOUBLE_EQ(*ShareDone(job), 0.4);
+    job.set_elapsed_seconds(6);
+    SetEta(2, 1, 3, &job);
+    EXPECT_DOUBLE_EQ(*ShareDone(job), 0.75);
+    EXPECT_FALSE(ShareDone(Rendering(1, 4000, 0)));
 }
 
 TEST(FormatProgress, SaysAllThatIsKnown) {
@@ -83,8 +101,14 @@ TEST(FormatProgress, SaysAllThatIsKnown) {
     EXPECT_EQ(FormatProgress(job, std::nullopt), "rendering: 45 %");
     job.add_passes();
     job.set_relmse(0.01234);
+    job.set_elapsed_seconds(5);
+    SetEta(5, 4, 7, &job);
     EXPECT_EQ(FormatProgress(job, 1000.0),
-              "rendering: 45 %, pass 1, 1.00 k samples/s, estimated RelMSE 0.0123, 6 s left");
+              "rendering: 50 %, pass 1, 1.00 k samples/s, estimated RelMSE 0.0123, 5 s left (4-7)");
+    job.set_image_relmse(0.005);  // of the filtered image
+    EXPECT_EQ(FormatProgress(job, std::nullopt),
+              "rendering: 50 %, pass 1, estimated RelMSE 0.005, 5 s left (4-7)");
+    EXPECT_EQ(FormatProgress(Rendering(0, 0, 0), std::nullopt), "rendering");
     job.set_state(v1::JOB_STATE_QUEUED);
     EXPECT_EQ(FormatProgress(job, 1000.0), "queued");
 }
@@ -94,6 +118,7 @@ TEST(FormatBar, FillsWithTheShareAndFitsTheTerminal) {
     EXPECT_EQ(FormatBar(Rendering(1, 5000), std::nullopt, 80), "[============>           ] 50 %");
     EXPECT_EQ(FormatBar(Rendering(1, 10'000), std::nullopt, 80),
               "[========================] 100 %");
+    EXPECT_EQ(FormatBar(Rendering(1, 5000, 0), std::nullopt, 80), "[>                       ] ");
     EXPECT_EQ(FormatBar(Rendering(1, 5000), 100.0, 20).size(), 20u);
     EXPECT_EQ(FormatBar(Rendering(1, 5000), 100.0, -3), "");
 }
@@ -126,8 +151,8 @@ TEST_F(ProgressMeterTest, WritesLinesEveryFewSecondsAndAtEachChange) {
         meter.Update(Rendering(now_, static_cast<std::uint64_t>(100 * i)));
     }
     EXPECT_EQ(Written(),
-              "queued\nrendering: 0 %\nrendering: 30 %, 1.00 k samples/s, 7 s left\n"
-              "rendering: 60 %, 1.00 k samples/s, 4 s left\n");
+              "queued\nrendering: 0 %\nrendering: 30 %, 1.00 k samples/s\n"
+              "rendering: 60 %, 1.00 k samples/s\n");
 }
 
 TEST_F(ProgressMeterTest, RedrawsTheBarAtMostTenTimesASecond) {

@@ -16,6 +16,7 @@ v1::Job MakeJob() {
     job.set_name("jobs/7f3a");
     job.set_state(v1::JOB_STATE_SUCCEEDED);
     job.set_message("sample budget spent");
+    job.set_stop_reason(v1::STOP_REASON_SPP);
     auto* settings = job.mutable_spec()->mutable_settings();
     settings->set_width(100);
     settings->set_height(50);
@@ -29,6 +30,10 @@ v1::Job MakeJob() {
     auto* pass = job.add_passes();
     pass->set_samples(20'000);
     pass->set_active_pixels(5000);
+    pass->set_relmse_predicted(0.5);
+    job.set_predicted_seconds(9);
+    job.set_elapsed_seconds(10);
+    job.add_forecast()->set_samples(80'000);
     pass->set_plan_seconds(0.125);
     for (const auto& [name, samples] : {std::pair{"a", 30'000}, std::pair{"b", 10'000}}) {
         auto* worker = job.add_workers();
@@ -76,6 +81,11 @@ TEST(Report, TellsWhatTheJobTells) {
     EXPECT_EQ(report["rays_per_second"], 60'000);
     EXPECT_EQ(report["workers"][0]["share"], 0.75);
     EXPECT_EQ(report["passes"][0]["active_pixels"], 5000);
+    EXPECT_EQ(report["passes"][0]["relmse_predicted"], 0.5);
+    EXPECT_EQ(report["stop_reason"], "spp");
+    EXPECT_EQ(report["forecast"]["seconds"], 9);
+    EXPECT_EQ(report["forecast"]["seconds_real"], 10);
+    EXPECT_EQ(report["forecast"]["curve"][0]["samples"], 80'000);
     EXPECT_EQ(report["image"]["sha256"], "abc");
     EXPECT_EQ(report["passes"][0]["plan_seconds"], 0.125);
     EXPECT_EQ(report["seconds"]["planning"], 0.25);
@@ -89,11 +99,24 @@ TEST(Report, HasNullForWhatDoesNotApply) {
     EXPECT_TRUE(report["settings"]["crop"].is_null());
     EXPECT_TRUE(report["settings"]["lens_radius"].is_null());
     EXPECT_TRUE(report["filter"]["mse"].is_null());
+    EXPECT_TRUE(report["settings"]["target"].is_null());
+    EXPECT_TRUE(report["settings"]["time_limit"].is_null());
+    EXPECT_TRUE(report["image_relmse"].is_null());
+    EXPECT_TRUE(report["passes"][0]["image_relmse"].is_null());
     job.mutable_spec()->mutable_settings()->set_lens_radius(0);
     job.mutable_filter()->set_mse(-0.5);
     report = MakeReport(job, MakeFacts());
     EXPECT_EQ(report["settings"]["lens_radius"], 0);
     EXPECT_EQ(report["filter"]["mse"], -0.5);
+}
+
+TEST(Report, TellsTheTimeLimitOfTheWholeCommand) {
+    v1::Job job = MakeJob();
+    ReportFacts facts = MakeFacts();
+    job.mutable_spec()->set_time_limit(18.5);  // what was left when the job was made
+    EXPECT_EQ(MakeReport(job, facts)["settings"]["time_limit"], 18.5);
+    facts.time_limit = 20;
+    EXPECT_EQ(MakeReport(job, facts)["settings"]["time_limit"], 20);
 }
 
 TEST(Report, HasEachNoteOnce) {

@@ -24,7 +24,7 @@ class JobQueueTest : public testing::Test {
         setup.display_width = 48;
         setup.display_height = 16;
         setup.tile_size = 16;
-        setup.budget = budget;
+        setup.budgets.samples = budget;
         setup.planner = MakePlanner("uniform");
         queue.AddJob(name, std::move(setup), now);
     }

@@ -43,7 +43,7 @@ class PlanWorkTest : public testing::Test {
         setup.display_width = kWindow.x1;
         setup.display_height = kWindow.y1;
         setup.tile_size = 16;
-        setup.budget = 100 * kWindow.area();
+        setup.budgets.samples = 100 * kWindow.area();
         setup.planner = std::make_shared<Scripted>(view, std::move(script));
         setup.guide = std::move(guide);
         queue.AddJob("jobs/a", std::move(setup), now);
@@ -91,7 +91,7 @@ TEST_F(PlanWorkTest, ALaggingFilmHasAllButTheCoverAndWorkersGoOn) {
         while (!leases.empty() && !work) {
             Deliver(leases.back());
             leases.pop_back();
-            work = queue.TakePlanWork();
+            work = queue.TakePlanWork(now);
         }
         // Of the last pass nothing of the cover, though it came first.
         ASSERT_TRUE(work.has_value());
@@ -122,12 +122,12 @@ TEST_F(PlanWorkTest, TheCoverIsLentAfterTheRestAndGoesOnWhileThePlanIsMade) {
         EXPECT_EQ(leases[k].task.first[0], k < 8 ? 0u : 6u);
     }
     for (std::size_t k = 0; k < 8; ++k) {
-        EXPECT_FALSE(queue.TakePlanWork().has_value());
+        EXPECT_FALSE(queue.TakePlanWork(now).has_value());
         Deliver(leases[k]);
     }
-    const auto work = queue.TakePlanWork();
+    const auto work = queue.TakePlanWork(now);
     ASSERT_TRUE(work.has_value());
-    EXPECT_FALSE(queue.TakePlanWork().has_value());
+    EXPECT_FALSE(queue.TakePlanWork(now).has_value());
     for (std::size_t k = 8; k < 16; ++k) {
         Deliver(leases[k]);
         EXPECT_EQ(work->film->NextIndex(0), 6u);
@@ -162,7 +162,7 @@ TEST_F(PlanWorkTest, AWholeFilmIsAwaited) {
     const auto leases = TakeAll();
     EXPECT_EQ(leases.size(), 8u);
     for (const auto& lease : leases) {
-        EXPECT_FALSE(queue.TakePlanWork().has_value());
+        EXPECT_FALSE(queue.TakePlanWork(now).has_value());
         Deliver(lease);
     }
     EXPECT_TRUE(PlanNow(&queue, now));
@@ -200,13 +200,56 @@ TEST_F(PlanWorkTest, APlanBeyondTheBudgetIsTheSamplersFault) {
 TEST_F(PlanWorkTest, ThePlanOfACancelledJobIsDropped) {
     AddJob(FilmView::kLagging, [](const PlanInput&) { return Even(8); });
     TakeAll();
-    const auto work = queue.TakePlanWork();
+    const auto work = queue.TakePlanWork(now);
     ASSERT_TRUE(work.has_value());
     queue.Cancel("jobs/a", now);
     queue.Planned("jobs/a", RunPlan(*work), now);
     queue.Planned("jobs/unknown", RunPlan(*work), now);
     EXPECT_EQ(info().state, JobState::kCancelled);
     EXPECT_TRUE(TakeAll().empty());
+}
+
+TEST_F(PlanWorkTest, AJobTellsWhatIsExpectedAndWhyItStopped) {
+    JobSetup setup;
+    setup.window = kWindow;
+    setup.display_width = kWindow.x1;
+    setup.display_height = kWindow.y1;
+    setup.tile_size = 16;
+    setup.budgets.target = 0.05;
+    setup.budgets.max_spp = 512;
+    setup.planner = MakePlanner("uniform");
+    setup.estimators.error = [](const Film& film) { return 2 * film.EstimateRelMSE(); };
+    setup.estimators.filtered = true;
+    queue.AddJob("jobs/a", std::move(setup), now);
+    worker = queue.AddWorker("w", "class", 1, now);
+    queue.SetCredits(worker, 1000, 0);
+    TakeAll();
+    PlanNow(&queue, now);
+    EXPECT_FALSE(info().samples_budget);
+    EXPECT_FALSE(info().predicted);
+    while (info().state == JobState::kRendering) {
+        const auto leases = TakeAll();
+        ASSERT_FALSE(leases.empty());
+        for (const auto& lease : leases) {
+            now += FromSeconds(1e-4 * static_cast<double>(lease.task.TotalSamples()));
+            Deliver(lease);
+            PlanNow(&queue, now);
+        }
+    }
+    EXPECT_EQ(info().state, JobState::kFiltering);
+    EXPECT_EQ(info().stop, StopReason::kTarget);
+    EXPECT_THAT(info().message, HasSubstr("target reached"));
+    EXPECT_LE(*info().image_relmse, 0.05);
+    EXPECT_NEAR(*info().image_relmse, 2 * info().relmse, 0.4 * info().relmse);
+    ASSERT_GE(info().passes.size(), 2u);
+    EXPECT_EQ(info().passes.back().image_relmse, info().image_relmse);
+    EXPECT_FALSE(info().passes[0].relmse_predicted);
+    EXPECT_NEAR(*info().passes[1].relmse_predicted, *info().passes[1].image_relmse,
+                0.5 * *info().passes[1].image_relmse);
+    ASSERT_TRUE(info().predicted);
+    EXPECT_GT(info().predicted->seconds, 0.5 * ToSeconds(now.time_since_epoch()));
+    EXPECT_LT(info().predicted->seconds, 2 * ToSeconds(now.time_since_epoch()));
+    EXPECT_FALSE(info().forecast.empty());
 }
 
 TEST_F(PlanWorkTest, GuideGoesInAndTheLastSelectorComesOut) {

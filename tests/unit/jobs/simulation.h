@@ -45,7 +45,7 @@ inline FarmRun RunFarm(const std::string& sampler, const TileRect& window, int t
     setup.display_width = window.x1;
     setup.display_height = window.y1;
     setup.tile_size = tile_size;
-    setup.budget = budget;
+    setup.budgets.samples = budget;
     setup.planner = MakePlanner(sampler);
     queue.AddJob("jobs/a", std::move(setup), now);
 

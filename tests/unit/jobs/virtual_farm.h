@@ -4,6 +4,7 @@
 #include <deque>
 #include <limits>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
@@ -53,7 +54,7 @@ inline VirtualRun RunVirtually(std::shared_ptr<Planner> planner, const TileRect&
     setup.display_width = window.x1;
     setup.display_height = window.y1;
     setup.tile_size = farm.tile_size;
-    setup.budget = budget;
+    setup.budgets.samples = budget;
     setup.planner = std::move(planner);
     const TimePoint zero{};
     queue.AddJob(job, std::move(setup), zero);
@@ -99,9 +100,12 @@ inline VirtualRun RunVirtually(std::shared_ptr<Planner> planner, const TileRect&
             break;
         }
         if (!plan) {
-            plan = queue.TakePlanWork();
+            plan = queue.TakePlanWork(at());
             if (plan) {
-                std::uint64_t before = budget - plan->budget;
+                std::uint64_t before = 0;
+                if (plan->planned) {
+                    before = std::accumulate(plan->planned->begin(), plan->planned->end(), before);
+                }
                 plan_ends = now + farm.plan_share * static_cast<double>(before) / all_speeds;
             }
         }
