@@ -33,7 +33,12 @@
 namespace relume::denoise {
 
 std::unique_ptr<Denoiser> MakeBilateral(const ParamSet& params) {
-    if (params.GetChoice("mode", "corrected", {"corrected", "printed"}) == "corrected") {
+    const std::string mode =
+        params.GetChoice("mode", "corrected", {"robust", "corrected", "printed"});
+    if (mode == "robust") {
+        return MakeRobustBilateral(BestKernels());
+    }
+    if (mode == "corrected") {
         return MakeCorrectedBilateral(BestKernels());
     }
     const int taylor = params.GetInt("taylor", 8);

@@ -25,7 +25,9 @@ enum BankPlane {
     kBankAlbedo = 6,
     kBankDepth = 9,
     kBankSpread,
-    kBankPlanes = 13
+    kBankPlanes = 13,
+    kRobustVariance = kBankPlanes,
+    kRobustPlanes = 16,
 };
 
 struct BankTables {
@@ -40,6 +42,27 @@ struct BankTables {
 // tile's first pixel; kBankSpread + 0..2 hold the group's sample variance times 2 sigma_k^2.
 using BankKernel = void (*)(const float* const* planes, std::ptrdiff_t stride,
                             const BankTables& tables, int height, float* out);
+
+// Sums of the robust filter over a window, w a pair's weight by features, u = y_j - y_i in colour:
+// of w and w u; then of w' = w times the range factor, w' u, w' r u and w' r u^2, where r is
+// 1/(2 kappa^2 (v_i + v_j) + floor) if the range factor is below 1, else 0. The last two make the
+// derivative of the filtered pixel by the noisy one.
+enum RobustSumPlane {
+    kRobustWeight,
+    kRobustDelta,
+    kRangeWeight = 4,
+    kRangeDelta,
+    kRangeSlope = 8,
+    kRangeCurve = 11,
+    kRobustSums = 14,
+};
+
+// kappa is 2 (methods 3.7); the floor is of a squared colour difference.
+inline constexpr float kRangeScale = 8, kRangeFloor = 1e-10f;
+
+// As BankKernel: out[(kRobustSums k + s) * kTileArea + y * kTileWidth + x] is candidate k's sum s,
+// without the pixel itself. kRobustVariance + 0..2 hold the colour's pooled variance of the mean.
+using RobustKernel = BankKernel;
 
 inline constexpr int kPrintedRadius = 8;
 
@@ -69,6 +92,7 @@ using PrintedKernel = void (*)(const float* const* planes, std::ptrdiff_t stride
 struct BilateralKernels {
     const char* name;
     BankKernel bank;
+    RobustKernel robust;
     PrintedKernel printed;
 };
 

@@ -26,6 +26,7 @@ inline void Store(float* to, Floats v) { __builtin_memcpy(to, &v, sizeof v); }
 inline Floats Fill(float value) { return Floats{} + value; }
 
 inline Floats Max(Floats a, Floats b) { return a > b ? a : b; }
+inline Floats Min(Floats a, Floats b) { return a < b ? a : b; }
 
 inline Floats Sqrt(Floats x) {
 #if RELUME_LANES == 16
@@ -62,6 +63,7 @@ inline Floats Exp(Floats x) {
 // Weights below exp(-cut) are 0: they are under the last bit of a sum that has the centre's 1 in
 // it, and products with them could become denormal numbers, which are slow.
 inline Floats ExpOfMinus(Floats e, float cut) { return e < cut ? Exp(-e) : Floats{}; }
+constexpr float kLargestExponent = 40;  // of the bank's weights
 
 struct WeightedSum {
     Floats weight{}, color[3]{};
@@ -74,8 +76,19 @@ struct BankCenter {
     Floats feature[7], spread[3];
 };
 
-inline void AddBankNeighbour(const float* const* planes, std::ptrdiff_t at,
-                             const BankCenter& center, const Floats (&floor)[3], WeightedSum* sum) {
+inline BankCenter LoadBankCenter(const float* const* planes, std::ptrdiff_t at) {
+    BankCenter center;
+    for (int f = 0; f < 7; ++f) {
+        center.feature[f] = Load(planes[kBankNormal + f] + at);
+    }
+    for (int g = 0; g < 3; ++g) {
+        center.spread[g] = Load(planes[kBankSpread + g] + at);
+    }
+    return center;
+}
+
+inline Floats FeatureDistance(const float* const* planes, std::ptrdiff_t at,
+                              const BankCenter& center, const Floats (&floor)[3]) {
     Floats squared[7];
     for (int f = 0; f < 7; ++f) {
         const Floats d = Load(planes[kBankNormal + f] + at) - center.feature[f];
@@ -87,8 +100,12 @@ inline void AddBankNeighbour(const float* const* planes, std::ptrdiff_t at,
     const Floats b = Max(center.spread[1] + Load(planes[kBankSpread + 1] + at), floor[1]);
     const Floats c = Max(center.spread[2] + Load(planes[kBankSpread + 2] + at), floor[2]);
     const Floats ab = a * b;
-    const Floats e = ((normal * b + albedo * a) * c + squared[6] * ab) / (ab * c);
-    const Floats w = ExpOfMinus(e, 40.0f);
+    return ((normal * b + albedo * a) * c + squared[6] * ab) / (ab * c);
+}
+
+inline void AddBankNeighbour(const float* const* planes, std::ptrdiff_t at,
+                             const BankCenter& center, const Floats (&floor)[3], WeightedSum* sum) {
+    const Floats w = ExpOfMinus(FeatureDistance(planes, at, center, floor), kLargestExponent);
     sum->weight += w;
     for (int i = 0; i < 3; ++i) {
         sum->color[i] += w * Load(planes[kBankColor + i] + at);
@@ -105,13 +122,7 @@ void Bank(const float* const* planes, std::ptrdiff_t stride, const BankTables& t
     for (int y = 0; y < height; ++y) {
         for (int x = 0; x < kTileWidth; x += RELUME_LANES) {
             const std::ptrdiff_t at = y * stride + x;
-            BankCenter center;
-            for (int f = 0; f < 7; ++f) {
-                center.feature[f] = Load(planes[kBankNormal + f] + at);
-            }
-            for (int g = 0; g < 3; ++g) {
-                center.spread[g] = Load(planes[kBankSpread + g] + at);
-            }
+            const BankCenter center = LoadBankCenter(planes, at);
             WeightedSum total[kCandidates];
             for (auto& sum : total) {
                 sum.weight = Fill(1.0f);
@@ -150,6 +161,90 @@ void Bank(const float* const* planes, std::ptrdiff_t stride, const BankTables& t
                 Store(to + (4 * k) * kTileArea, total[k].weight);
                 for (int c = 0; c < 3; ++c) {
                     Store(to + (4 * k + 1 + c) * kTileArea, total[k].color[c]);
+                }
+            }
+        }
+    }
+}
+
+struct RobustCenter {
+    BankCenter features;
+    Floats color[3], variance[3];
+};
+
+// The range term's distance: mean over the channels of (u^2 - v_i - min(v_i, v_j)) r (methods 3.7,
+// 1.4). Where it is not above 0 the range factor is 1.
+inline void AddRobustNeighbour(const float* const* planes, std::ptrdiff_t at,
+                               const RobustCenter& center, const Floats (&floor)[3],
+                               Floats (&sum)[kRobustSums]) {
+    const Floats e = FeatureDistance(planes, at, center.features, floor);
+    const Floats w = ExpOfMinus(e, kLargestExponent);
+    sum[kRobustWeight] += w;
+    Floats distance{}, u[3], r[3];
+    for (int c = 0; c < 3; ++c) {
+        u[c] = Load(planes[kBankColor + c] + at) - center.color[c];
+        sum[kRobustDelta + c] += w * u[c];
+        const Floats own = center.variance[c], v = Load(planes[kRobustVariance + c] + at);
+        r[c] = 1.0f / ((own + v) * kRangeScale + kRangeFloor);
+        distance += (u[c] * u[c] - (own + Min(own, v))) * r[c];
+    }
+    distance *= 1.0f / 3.0f;
+    const Floats ranged = ExpOfMinus(e + Max(distance, Floats{}), kLargestExponent);
+    const Floats falling = distance > Floats{} ? ranged : Floats{};
+    sum[kRangeWeight] += ranged;
+    for (int c = 0; c < 3; ++c) {
+        sum[kRangeDelta + c] += ranged * u[c];
+        const Floats slope = falling * r[c] * u[c];
+        sum[kRangeSlope + c] += slope;
+        sum[kRangeCurve + c] += slope * u[c];
+    }
+}
+
+void Robust(const float* const* planes, std::ptrdiff_t stride, const BankTables& tables, int height,
+            float* out) {
+    Floats floor[3];
+    for (int g = 0; g < 3; ++g) {
+        floor[g] = Fill(tables.floor[g]);
+    }
+    const int radius = tables.radius[kCandidates - 1];
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < kTileWidth; x += RELUME_LANES) {
+            const std::ptrdiff_t at = y * stride + x;
+            RobustCenter center;
+            center.features = LoadBankCenter(planes, at);
+            for (int c = 0; c < 3; ++c) {
+                center.color[c] = Load(planes[kBankColor + c] + at);
+                center.variance[c] = Load(planes[kRobustVariance + c] + at);
+            }
+            Floats total[kCandidates][kRobustSums]{};
+            // Rings of up to four neighbours, as in Bank.
+            for (int dy = 0; dy <= radius; ++dy) {
+                for (int dx = dy == 0 ? 1 : 0; dx <= radius; ++dx) {
+                    Floats ring[kRobustSums]{};
+                    const std::ptrdiff_t below = at + dy * stride, above = at - dy * stride;
+                    AddRobustNeighbour(planes, below + dx, center, floor, ring);
+                    if (dx != 0) {
+                        AddRobustNeighbour(planes, below - dx, center, floor, ring);
+                    }
+                    if (dy != 0) {
+                        AddRobustNeighbour(planes, above + dx, center, floor, ring);
+                        if (dx != 0) {
+                            AddRobustNeighbour(planes, above - dx, center, floor, ring);
+                        }
+                    }
+                    const int reach = dx > dy ? dx : dy;
+                    for (int k = kCandidates - 1; k >= 0 && tables.radius[k] >= reach; --k) {
+                        const float spatial = tables.spatial[k][dy][dx];
+                        for (int s = 0; s < kRobustSums; ++s) {
+                            total[k][s] += ring[s] * spatial;
+                        }
+                    }
+                }
+            }
+            float* to = out + y * kTileWidth + x;
+            for (int k = 0; k < kCandidates; ++k) {
+                for (int s = 0; s < kRobustSums; ++s) {
+                    Store(to + (kRobustSums * k + s) * kTileArea, total[k][s]);
                 }
             }
         }

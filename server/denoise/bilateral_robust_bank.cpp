@@ -1,0 +1,107 @@
+#include "server/denoise/bilateral_robust_bank.h"
+
+#include "server/denoise/planes.h"
+
+namespace relume::denoise {
+namespace {
+
+constexpr int kPoolRadius = 2;
+
+template <typename Fn>
+void ForEachPlane(RobustCandidate* candidate, const Fn& fn) {
+    for (std::size_t c = 0; c < 3; ++c) {
+        fn(candidate->filtered[c]);
+        fn(candidate->own[c]);
+    }
+    fn(candidate->sure);
+}
+
+}  // namespace
+
+RobustBank::RobustBank(const Frame& frame, const BilateralKernels& kernels)
+    : frame_(frame), kernels_(kernels), guides_(MakeBankGuides(frame)) {
+    const Plane area =
+        SumBox(Plane(frame.pixel_count(), 1.0f), frame.width, frame.height, kPoolRadius);
+    for (std::size_t c = 0; c < 3; ++c) {
+        pooled_[c] = SumBox(frame.variance[c], frame.width, frame.height, kPoolRadius);
+        for (std::size_t i = 0; i < area.size(); ++i) {
+            pooled_[c][i] /= area[i];
+        }
+    }
+}
+
+void RobustBank::Drop(int row) {
+    const auto count = static_cast<std::ptrdiff_t>(row - begin_) * frame_.width;
+    for (RobustCandidate& candidate : candidates_) {
+        ForEachPlane(&candidate, [&](Plane& p) { p.erase(p.begin(), p.begin() + count); });
+    }
+    begin_ = row;
+}
+
+void RobustBank::Extend(int until, const CancelToken& cancel) {
+    const RowRange rows{end_, until};
+    end_ = until;
+    const auto pixels = static_cast<std::size_t>(end_ - begin_) * frame_.width;
+    for (RobustCandidate& candidate : candidates_) {
+        ForEachPlane(&candidate, [&](Plane& p) { p.resize(pixels); });
+    }
+    const BankTables tables = MakeBankTables();
+    ForEachTile(frame_, rows, kRobustPlanes, kBankRadius, cancel,
+                [&](const TileArea& tile, TilePlanes& scratch) {
+                    const auto load = [&](int index, const Plane& plane, float outside = 0) {
+                        scratch.Load(index, plane, frame_.width, frame_.height, tile.x0, tile.y0,
+                                     outside);
+                    };
+                    for (int c = 0; c < 3; ++c) {
+                        load(kBankColor + c, frame_.color[c]);
+                        load(kBankSpread + c, guides_.variance[c]);
+                        load(kRobustVariance + c, pooled_[static_cast<std::size_t>(c)]);
+                    }
+                    for (int f = 0; f < 7; ++f) {
+                        load(kBankNormal + f, guides_.feature[f], f == 6 ? kOutside : 0);
+                    }
+                    std::vector<float> sums(
+                        static_cast<std::size_t>(kRobustSums * kCandidates * kTileArea));
+                    kernels_.robust(scratch.planes(), scratch.stride(), tables, tile.height,
+                                    sums.data());
+                    FinishTile(tile, sums.data());
+                });
+}
+
+// With W the sum of weights, 1 for the pixel itself: F = y + sum(w u)/W, and by the quotient rule
+// dF/dy = (1 + sum over j of dw_j/dy (y_j - F))/W, where dw_j/dy = 2/3 w_j r u and y_j - F =
+// u + (y - F).
+void RobustBank::FinishTile(const TileArea& tile, const float* sums) {
+    for (int k = 0; k < kRobustCandidates; ++k) {
+        RobustCandidate& to = candidates_[static_cast<std::size_t>(k)];
+        const bool ranged = k >= kCandidates;
+        const float* from = sums + kRobustSums * (k % kCandidates) * kTileArea;
+        const float* weight = from + (ranged ? kRangeWeight : kRobustWeight) * kTileArea;
+        const float* slope = from + kRangeSlope * kTileArea;
+        const float* curve = from + kRangeCurve * kTileArea;
+        for (int y = 0; y < tile.height; ++y) {
+            for (int x = 0; x < tile.width; ++x) {
+                const auto i =
+                    static_cast<std::size_t>(tile.y0 + y) * frame_.width + tile.x0 + x;
+                const auto o = i - static_cast<std::size_t>(begin_) * frame_.width;
+                const int at = y * kTileWidth + x;
+                const float inverse = 1 / (1 + weight[at]);
+                float error = 0;
+                for (std::size_t c = 0; c < 3; ++c) {
+                    const std::size_t channel = c * kTileArea + static_cast<std::size_t>(at);
+                    const float change = weight[kTileArea + channel] * inverse;
+                    const float own =
+                        ranged ? inverse * (1 + (2.0f / 3.0f) *
+                                                    (curve[channel] - change * slope[channel]))
+                               : inverse;
+                    to.filtered[c][o] = frame_.color[c][i] + change;
+                    to.own[c][o] = own;
+                    error += change * change + frame_.variance[c][i] * (2 * own - 1);
+                }
+                to.sure[o] = error * (1.0f / 3.0f);
+            }
+        }
+    }
+}
+
+}  // namespace relume::denoise
