@@ -26,8 +26,12 @@ enum BankPlane {
     kBankDepth = 9,
     kBankSpread,
     kBankPlanes = 13,
-    kRobustVariance = kBankPlanes,
-    kRobustPlanes = 16,
+    kBankNoise = kBankPlanes,  // of the guide kernel alone
+    kGuidePlanes = 16,
+    kRobustGuide = kBankPlanes,  // of the robust kernel alone
+    kRobustNoise = 16,
+    kRobustShare = 19,
+    kRobustPlanes = 20,
 };
 
 struct BankTables {
@@ -43,10 +47,19 @@ struct BankTables {
 using BankKernel = void (*)(const float* const* planes, std::ptrdiff_t stride,
                             const BankTables& tables, int height, float* out);
 
-// Sums of the robust filter over a window, w a pair's weight by features, u = y_j - y_i in colour:
-// of w and w u; then of w' = w times the range factor, w' u, w' r u and w' r u^2, where r is
-// 1/(2 kappa^2 (v_i + v_j) + floor) if the range factor is below 1, else 0. The last two make the
-// derivative of the filtered pixel by the noisy one.
+// A filter of candidate 0's window and weights, for the robust filter to compare colours by, with
+// its variance. out[s * kTileArea + y * kTileWidth + x]: the sum of weights, 1 for the pixel
+// itself; + 1..3 the weighted sums of colour; + 4..6 the sums of kBankNoise + 0..2, the variance of
+// the mean, by squared weights.
+inline constexpr int kGuideSums = 7;
+using GuideKernel = BankKernel;
+
+// Sums of the robust filter over a window without the pixel itself: of w, a pair's weight by
+// features, and w u, u = y_j - y_i in colour; then of w' = w times the range factor, w' u; and the
+// two that make the derivative of the filtered pixel by the noisy one, of t and t u: t = w' r g
+// (1 - s) where the range factor is below 1, else 0; g = guide_j - guide_i, r = 1/(2 kappa^2 (v_i +
+// v_j) + floor), v the guide's variance, s the noisy pixel's share in guide_j over its share in
+// guide_i.
 enum RobustSumPlane {
     kRobustWeight,
     kRobustDelta,
@@ -57,11 +70,12 @@ enum RobustSumPlane {
     kRobustSums = 14,
 };
 
-// kappa is 2 (methods 3.7); the floor is of a squared colour difference.
-inline constexpr float kRangeScale = 8, kRangeFloor = 1e-10f;
+inline constexpr float kRangeScale = 8;  // 2 kappa^2, kappa = 2 (methods 3.7)
+inline constexpr float kRangeFloor = 1e-10f;
 
-// As BankKernel: out[(kRobustSums k + s) * kTileArea + y * kTileWidth + x] is candidate k's sum s,
-// without the pixel itself. kRobustVariance + 0..2 hold the colour's pooled variance of the mean.
+// As BankKernel: out[(kRobustSums k + s) * kTileArea + y * kTileWidth + x] is candidate k's sum s.
+// kRobustGuide + 0..2 hold the guide, kRobustNoise + 0..2 its variance, kRobustShare a pixel's own
+// share in it.
 using RobustKernel = BankKernel;
 
 inline constexpr int kPrintedRadius = 8;
@@ -92,6 +106,7 @@ using PrintedKernel = void (*)(const float* const* planes, std::ptrdiff_t stride
 struct BilateralKernels {
     const char* name;
     BankKernel bank;
+    GuideKernel guide;
     RobustKernel robust;
     PrintedKernel printed;
 };

@@ -167,36 +167,75 @@ void Bank(const float* const* planes, std::ptrdiff_t stride, const BankTables& t
     }
 }
 
+void Guide(const float* const* planes, std::ptrdiff_t stride, const BankTables& tables, int height,
+           float* out) {
+    Floats floor[3];
+    for (int g = 0; g < 3; ++g) {
+        floor[g] = Fill(tables.floor[g]);
+    }
+    const int radius = tables.radius[0];
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < kTileWidth; x += RELUME_LANES) {
+            const std::ptrdiff_t at = y * stride + x;
+            const BankCenter center = LoadBankCenter(planes, at);
+            Floats sum[kGuideSums]{};
+            for (int dy = -radius; dy <= radius; ++dy) {
+                for (int dx = -radius; dx <= radius; ++dx) {
+                    const std::ptrdiff_t to = at + dy * stride + dx;
+                    const float spatial = tables.spatial[0][dy < 0 ? -dy : dy][dx < 0 ? -dx : dx];
+                    const Floats w = ExpOfMinus(FeatureDistance(planes, to, center, floor),
+                                                kLargestExponent) *
+                                     spatial;
+                    sum[0] += w;
+                    for (int c = 0; c < 3; ++c) {
+                        sum[1 + c] += w * Load(planes[kBankColor + c] + to);
+                        sum[4 + c] += w * w * Load(planes[kBankNoise + c] + to);
+                    }
+                }
+            }
+            for (int s = 0; s < kGuideSums; ++s) {
+                Store(out + s * kTileArea + y * kTileWidth + x, sum[s]);
+            }
+        }
+    }
+}
+
 struct RobustCenter {
     BankCenter features;
-    Floats color[3], variance[3];
+    Floats color[3], guide[3], noise[3], share;
 };
 
-// The range term's distance: mean over the channels of (u^2 - v_i - min(v_i, v_j)) r (methods 3.7,
-// 1.4). Where it is not above 0 the range factor is 1.
+// The range term's distance: mean over the channels of (g^2 - v_i - min(v_i, v_j)) r (methods 3.7,
+// 1.4). Where it is not above 0 the range factor is 1. `near` is the guide's spatial weight, 0
+// outside of its window.
 inline void AddRobustNeighbour(const float* const* planes, std::ptrdiff_t at,
-                               const RobustCenter& center, const Floats (&floor)[3],
+                               const RobustCenter& center, const Floats (&floor)[3], float near,
                                Floats (&sum)[kRobustSums]) {
     const Floats e = FeatureDistance(planes, at, center.features, floor);
     const Floats w = ExpOfMinus(e, kLargestExponent);
     sum[kRobustWeight] += w;
-    Floats distance{}, u[3], r[3];
+    Floats distance{}, u[3], slope[3];
     for (int c = 0; c < 3; ++c) {
         u[c] = Load(planes[kBankColor + c] + at) - center.color[c];
         sum[kRobustDelta + c] += w * u[c];
-        const Floats own = center.variance[c], v = Load(planes[kRobustVariance + c] + at);
-        r[c] = 1.0f / ((own + v) * kRangeScale + kRangeFloor);
-        distance += (u[c] * u[c] - (own + Min(own, v))) * r[c];
+        const Floats g = Load(planes[kRobustGuide + c] + at) - center.guide[c];
+        const Floats own = center.noise[c], v = Load(planes[kRobustNoise + c] + at);
+        const Floats r = 1.0f / ((own + v) * kRangeScale + kRangeFloor);
+        distance += (g * g - (own + Min(own, v))) * r;
+        slope[c] = g * r;
     }
     distance *= 1.0f / 3.0f;
     const Floats ranged = ExpOfMinus(e + Max(distance, Floats{}), kLargestExponent);
-    const Floats falling = distance > Floats{} ? ranged : Floats{};
+    Floats falling = distance > Floats{} ? ranged : Floats{};
+    if (near > 0) {
+        falling -= falling * (w * near) * Load(planes[kRobustShare] + at) / center.share;
+    }
     sum[kRangeWeight] += ranged;
     for (int c = 0; c < 3; ++c) {
         sum[kRangeDelta + c] += ranged * u[c];
-        const Floats slope = falling * r[c] * u[c];
-        sum[kRangeSlope + c] += slope;
-        sum[kRangeCurve + c] += slope * u[c];
+        const Floats t = falling * slope[c];
+        sum[kRangeSlope + c] += t;
+        sum[kRangeCurve + c] += t * u[c];
     }
 }
 
@@ -214,25 +253,28 @@ void Robust(const float* const* planes, std::ptrdiff_t stride, const BankTables&
             center.features = LoadBankCenter(planes, at);
             for (int c = 0; c < 3; ++c) {
                 center.color[c] = Load(planes[kBankColor + c] + at);
-                center.variance[c] = Load(planes[kRobustVariance + c] + at);
+                center.guide[c] = Load(planes[kRobustGuide + c] + at);
+                center.noise[c] = Load(planes[kRobustNoise + c] + at);
             }
+            center.share = Load(planes[kRobustShare] + at);
             Floats total[kCandidates][kRobustSums]{};
             // Rings of up to four neighbours, as in Bank.
             for (int dy = 0; dy <= radius; ++dy) {
                 for (int dx = dy == 0 ? 1 : 0; dx <= radius; ++dx) {
                     Floats ring[kRobustSums]{};
                     const std::ptrdiff_t below = at + dy * stride, above = at - dy * stride;
-                    AddRobustNeighbour(planes, below + dx, center, floor, ring);
+                    const int reach = dx > dy ? dx : dy;
+                    const float near = reach <= tables.radius[0] ? tables.spatial[0][dy][dx] : 0;
+                    AddRobustNeighbour(planes, below + dx, center, floor, near, ring);
                     if (dx != 0) {
-                        AddRobustNeighbour(planes, below - dx, center, floor, ring);
+                        AddRobustNeighbour(planes, below - dx, center, floor, near, ring);
                     }
                     if (dy != 0) {
-                        AddRobustNeighbour(planes, above + dx, center, floor, ring);
+                        AddRobustNeighbour(planes, above + dx, center, floor, near, ring);
                         if (dx != 0) {
-                            AddRobustNeighbour(planes, above - dx, center, floor, ring);
+                            AddRobustNeighbour(planes, above - dx, center, floor, near, ring);
                         }
                     }
-                    const int reach = dx > dy ? dx : dy;
                     for (int k = kCandidates - 1; k >= 0 && tables.radius[k] >= reach; --k) {
                         const float spatial = tables.spatial[k][dy][dx];
                         for (int s = 0; s < kRobustSums; ++s) {

@@ -25,6 +25,7 @@ void ThrowIfCancelled(const CancelToken& cancel) {
 // Of each pixel the candidate with the least smoothed SURE.
 struct Chosen {
     std::array<Plane, 3> filtered, own;  // as RobustCandidate
+    std::array<Plane, 3> importance;
     std::size_t count[kRobustCandidates] = {};
     std::string features;
 };
@@ -58,7 +59,7 @@ void ChooseRows(const Frame& frame, const RobustBank& bank, int from, int to, Ch
 }
 
 Chosen Choose(const Frame& frame, const BilateralKernels& kernels, const CancelToken& cancel) {
-    RobustBank bank(frame, kernels);
+    RobustBank bank(frame, kernels, cancel);
     Chosen chosen;
     chosen.features = bank.features();
     for (std::size_t c = 0; c < 3; ++c) {
@@ -72,6 +73,7 @@ Chosen Choose(const Frame& frame, const BilateralKernels& kernels, const CancelT
         done = ready;
         bank.Drop(std::max(bank.begin(), done - kBlurReach));
     }
+    chosen.importance = bank.importance();
     return chosen;
 }
 
@@ -82,8 +84,9 @@ Plane FilteredShare(const Frame& frame, const Chosen& chosen) {
     for (std::size_t i = 0; i < noise.size(); ++i) {
         for (std::size_t c = 0; c < 3; ++c) {
             const float d = chosen.filtered[c][i] - frame.color[c][i];
-            change[i] += d * d;
-            noise[i] += frame.variance[c][i] * (1 - chosen.own[c][i]);
+            const float importance = chosen.importance[c][i];
+            change[i] += importance * d * d;
+            noise[i] += importance * frame.variance[c][i] * (1 - chosen.own[c][i]);
         }
     }
     Plane share = BlurGaussian(noise, frame.width, frame.height, kMixBlur);

@@ -5,7 +5,7 @@
 namespace relume::denoise {
 namespace {
 
-constexpr int kPoolRadius = 2;
+constexpr float kImportanceFloor = 0.01f;  // that of RelMSE
 
 template <typename Fn>
 void ForEachPlane(RobustCandidate* candidate, const Fn& fn) {
@@ -18,15 +18,57 @@ void ForEachPlane(RobustCandidate* candidate, const Fn& fn) {
 
 }  // namespace
 
-RobustBank::RobustBank(const Frame& frame, const BilateralKernels& kernels)
-    : frame_(frame), kernels_(kernels), guides_(MakeBankGuides(frame)) {
-    const Plane area =
-        SumBox(Plane(frame.pixel_count(), 1.0f), frame.width, frame.height, kPoolRadius);
+RobustBank::RobustBank(const Frame& frame, const BilateralKernels& kernels,
+                       const CancelToken& cancel)
+    : frame_(frame), kernels_(kernels), guides_(MakeBankGuides(frame)), tables_(MakeBankTables()) {
+    MakeGuide(cancel);
+}
+
+void RobustBank::MakeGuide(const CancelToken& cancel) {
+    share_.resize(frame_.pixel_count());
     for (std::size_t c = 0; c < 3; ++c) {
-        pooled_[c] = SumBox(frame.variance[c], frame.width, frame.height, kPoolRadius);
-        for (std::size_t i = 0; i < area.size(); ++i) {
-            pooled_[c][i] /= area[i];
-        }
+        guide_[c].resize(frame_.pixel_count());
+        noise_[c].resize(frame_.pixel_count());
+        importance_[c].resize(frame_.pixel_count());
+    }
+    ForEachTile(
+        frame_, kGuidePlanes, tables_.radius[0], cancel,
+        [&](const TileArea& tile, TilePlanes& scratch) {
+            LoadTile(tile, &scratch);
+            for (int c = 0; c < 3; ++c) {
+                scratch.Load(kBankNoise + c, frame_.variance[c], frame_.width, frame_.height,
+                             tile.x0, tile.y0, 0);
+            }
+            std::vector<float> sums(static_cast<std::size_t>(kGuideSums * kTileArea));
+            kernels_.guide(scratch.planes(), scratch.stride(), tables_, tile.height, sums.data());
+            for (int y = 0; y < tile.height; ++y) {
+                for (int x = 0; x < tile.width; ++x) {
+                    const auto i =
+                        static_cast<std::size_t>(tile.y0 + y) * frame_.width + tile.x0 + x;
+                    const float* at = sums.data() + y * kTileWidth + x;
+                    const float inverse = 1 / at[0];
+                    share_[i] = inverse;
+                    for (std::size_t c = 0; c < 3; ++c) {
+                        const float value = at[(1 + c) * kTileArea] * inverse;
+                        guide_[c][i] = value;
+                        noise_[c][i] = at[(4 + c) * kTileArea] * inverse * inverse;
+                        importance_[c][i] = 1 / (3 * (value * value + kImportanceFloor));
+                    }
+                }
+            }
+        });
+}
+
+void RobustBank::LoadTile(const TileArea& tile, TilePlanes* scratch) const {
+    const auto load = [&](int index, const Plane& plane, float outside = 0) {
+        scratch->Load(index, plane, frame_.width, frame_.height, tile.x0, tile.y0, outside);
+    };
+    for (int c = 0; c < 3; ++c) {
+        load(kBankColor + c, frame_.color[c]);
+        load(kBankSpread + c, guides_.variance[c]);
+    }
+    for (int f = 0; f < 7; ++f) {
+        load(kBankNormal + f, guides_.feature[f], f == 6 ? kOutside : 0);
     }
 }
 
@@ -45,32 +87,29 @@ void RobustBank::Extend(int until, const CancelToken& cancel) {
     for (RobustCandidate& candidate : candidates_) {
         ForEachPlane(&candidate, [&](Plane& p) { p.resize(pixels); });
     }
-    const BankTables tables = MakeBankTables();
     ForEachTile(frame_, rows, kRobustPlanes, kBankRadius, cancel,
                 [&](const TileArea& tile, TilePlanes& scratch) {
-                    const auto load = [&](int index, const Plane& plane, float outside = 0) {
+                    LoadTile(tile, &scratch);
+                    const auto load = [&](int index, const Plane& plane) {
                         scratch.Load(index, plane, frame_.width, frame_.height, tile.x0, tile.y0,
-                                     outside);
+                                     0);
                     };
                     for (int c = 0; c < 3; ++c) {
-                        load(kBankColor + c, frame_.color[c]);
-                        load(kBankSpread + c, guides_.variance[c]);
-                        load(kRobustVariance + c, pooled_[static_cast<std::size_t>(c)]);
+                        load(kRobustGuide + c, guide_[static_cast<std::size_t>(c)]);
+                        load(kRobustNoise + c, noise_[static_cast<std::size_t>(c)]);
                     }
-                    for (int f = 0; f < 7; ++f) {
-                        load(kBankNormal + f, guides_.feature[f], f == 6 ? kOutside : 0);
-                    }
+                    load(kRobustShare, share_);
                     std::vector<float> sums(
                         static_cast<std::size_t>(kRobustSums * kCandidates * kTileArea));
-                    kernels_.robust(scratch.planes(), scratch.stride(), tables, tile.height,
+                    kernels_.robust(scratch.planes(), scratch.stride(), tables_, tile.height,
                                     sums.data());
                     FinishTile(tile, sums.data());
                 });
 }
 
 // With W the sum of weights, 1 for the pixel itself: F = y + sum(w u)/W, and by the quotient rule
-// dF/dy = (1 + sum over j of dw_j/dy (y_j - F))/W, where dw_j/dy = 2/3 w_j r u and y_j - F =
-// u + (y - F).
+// dF/dy = (1 + sum over j of dw_j/dy (y_j - F))/W, where y_j - F = u + (y - F) and
+// dw_j/dy = 2/3 w_j r g times the share of y in guide_i less that in guide_j.
 void RobustBank::FinishTile(const TileArea& tile, const float* sums) {
     for (int k = 0; k < kRobustCandidates; ++k) {
         RobustCandidate& to = candidates_[static_cast<std::size_t>(k)];
@@ -91,14 +130,15 @@ void RobustBank::FinishTile(const TileArea& tile, const float* sums) {
                     const std::size_t channel = c * kTileArea + static_cast<std::size_t>(at);
                     const float change = weight[kTileArea + channel] * inverse;
                     const float own =
-                        ranged ? inverse * (1 + (2.0f / 3.0f) *
+                        ranged ? inverse * (1 + (2.0f / 3.0f) * share_[i] *
                                                     (curve[channel] - change * slope[channel]))
                                : inverse;
                     to.filtered[c][o] = frame_.color[c][i] + change;
                     to.own[c][o] = own;
-                    error += change * change + frame_.variance[c][i] * (2 * own - 1);
+                    error += importance_[c][i] *
+                             (change * change + frame_.variance[c][i] * (2 * own - 1));
                 }
-                to.sure[o] = error * (1.0f / 3.0f);
+                to.sure[o] = error;
             }
         }
     }

@@ -15,13 +15,14 @@ inline constexpr int kRobustCandidates = 2 * kCandidates;
 struct RobustCandidate {
     std::array<Plane, 3> filtered;
     std::array<Plane, 3> own;  // derivative of a filtered pixel by the noisy one
-    Plane sure;                // as CandidateBank
+    Plane sure;  // unbiased estimate of the squared error a pixel over the guide's square + 0.01,
+                 // mean over RGB
 };
 
 // Some rows of the candidates: a whole frame's would be 100 planes.
 class RobustBank {
   public:
-    RobustBank(const Frame& frame, const BilateralKernels& kernels);
+    RobustBank(const Frame& frame, const BilateralKernels& kernels, const CancelToken& cancel);
 
     // Adds the rows from end() on, up to `until`: a multiple of kTileHeight, or the height.
     void Extend(int until, const CancelToken& cancel);
@@ -34,15 +35,23 @@ class RobustBank {
     const RobustCandidate& operator[](int k) const {
         return candidates_[static_cast<std::size_t>(k)];
     }
+    // What a squared error counts in each channel: 1/(3 (guide^2 + 0.01)), so that it doesn't
+    // depend on a pixel's own noise. Planes of the frame's size.
+    const std::array<Plane, 3>& importance() const { return importance_; }
     const std::string& features() const { return guides_.names; }  // that took part
 
   private:
+    void MakeGuide(const CancelToken& cancel);
+    void LoadTile(const TileArea& tile, TilePlanes* scratch) const;
     void FinishTile(const TileArea& tile, const float* sums);
 
     const Frame& frame_;
     const BilateralKernels& kernels_;
     Guides guides_;
-    std::array<Plane, 3> pooled_;  // variance of the mean, over 5 x 5 pixels
+    BankTables tables_;
+    std::array<Plane, 3> guide_, noise_;  // colour filtered by the smallest window, its variance
+    Plane share_;                         // of a pixel in its guide
+    std::array<Plane, 3> importance_;     // what squared errors count
     int begin_ = 0, end_ = 0;
     std::array<RobustCandidate, kRobustCandidates> candidates_;
 };
