@@ -37,7 +37,7 @@ enum BankPlane {
 struct BankTables {
     int radius[kCandidates];  // rising, pixels
     float spatial[kCandidates][kBankRadius + 1]
-                 [kBankRadius + 1];  // exp(-d^2/(2 sigma_s^2)) at [|dy|][|dx|]
+                 [kBankRadius + 1];  // exp(-d^2/(2 sigma_s^2)) at [|dy|][|dx|]; 0 in the last: left out
     float floor[3];                  // of a pair's spread: normal, albedo, depth
 };
 
@@ -70,7 +70,7 @@ enum RobustSumPlane {
     kRobustSums = 14,
 };
 
-inline constexpr float kRangeScale = 8;  // 2 kappa^2, kappa = 2 (methods 3.7)
+inline constexpr float kRangeScale = 4;  // 2 kappa^2
 inline constexpr float kRangeFloor = 1e-10f;
 
 // As BankKernel: out[(kRobustSums k + s) * kTileArea + y * kTileWidth + x] is candidate k's sum s.

@@ -261,6 +261,9 @@ void Robust(const float* const* planes, std::ptrdiff_t stride, const BankTables&
             // Rings of up to four neighbours, as in Bank.
             for (int dy = 0; dy <= radius; ++dy) {
                 for (int dx = dy == 0 ? 1 : 0; dx <= radius; ++dx) {
+                    if (tables.spatial[kCandidates - 1][dy][dx] == 0) {
+                        continue;
+                    }
                     Floats ring[kRobustSums]{};
                     const std::ptrdiff_t below = at + dy * stride, above = at - dy * stride;
                     const int reach = dx > dy ? dx : dy;

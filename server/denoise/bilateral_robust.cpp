@@ -12,7 +12,7 @@ namespace relume::denoise {
 namespace {
 
 constexpr float kSureBlur = 4;  // pixels (methods 1.5)
-constexpr float kMixBlur = 4;   // pixels
+constexpr float kMixBlur = 8;   // pixels
 // BlurGaussian's window reaches so far. The candidates are made kBandRows at a time.
 constexpr int kBlurReach = 12, kBandRows = 4 * kTileHeight;
 

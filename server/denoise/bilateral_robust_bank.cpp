@@ -7,6 +7,23 @@ namespace {
 
 constexpr float kImportanceFloor = 0.01f;  // that of RelMSE
 
+BankTables MakeRobustTables() {
+    BankTables tables = MakeBankTables();
+    if (!getenv("RB_SPARSE")) return tables;
+    const int start = atoi(getenv("RB_SPARSE")), mode = atoi(getenv("RB_SPARSE") + 2);
+    for (auto& spatial : tables.spatial) {
+        for (int y = 0; y <= kBankRadius; ++y) {
+            for (int x = 0; x <= kBankRadius; ++x) {
+                if (std::max(x, y) > start) {
+                    if (mode == 2) spatial[y][x] *= (x + y) % 2 == 0 ? 2.0f : 0.0f;
+                    if (mode == 4) spatial[y][x] *= x % 2 == 0 && y % 2 == 0 ? 4.0f : 0.0f;
+                }
+            }
+        }
+    }
+    return tables;
+}
+
 template <typename Fn>
 void ForEachPlane(RobustCandidate* candidate, const Fn& fn) {
     for (std::size_t c = 0; c < 3; ++c) {
@@ -20,7 +37,7 @@ void ForEachPlane(RobustCandidate* candidate, const Fn& fn) {
 
 RobustBank::RobustBank(const Frame& frame, const BilateralKernels& kernels,
                        const CancelToken& cancel)
-    : frame_(frame), kernels_(kernels), guides_(MakeBankGuides(frame)), tables_(MakeBankTables()) {
+    : frame_(frame), kernels_(kernels), guides_(MakeBankGuides(frame)), tables_(MakeRobustTables()) {
     MakeGuide(cancel);
 }
 
@@ -49,10 +66,8 @@ void RobustBank::MakeGuide(const CancelToken& cancel) {
                     const float inverse = 1 / at[0];
                     share_[i] = inverse;
                     for (std::size_t c = 0; c < 3; ++c) {
-                        const float value = at[(1 + c) * kTileArea] * inverse;
-                        guide_[c][i] = value;
+                        guide_[c][i] = at[(1 + c) * kTileArea] * inverse;
                         noise_[c][i] = at[(4 + c) * kTileArea] * inverse * inverse;
-                        importance_[c][i] = 1 / (3 * (value * value + kImportanceFloor));
                     }
                 }
             }
@@ -111,6 +126,18 @@ void RobustBank::Extend(int until, const CancelToken& cancel) {
 // dF/dy = (1 + sum over j of dw_j/dy (y_j - F))/W, where y_j - F = u + (y - F) and
 // dw_j/dy = 2/3 w_j r g times the share of y in guide_i less that in guide_j.
 void RobustBank::FinishTile(const TileArea& tile, const float* sums) {
+    const float* widest = sums + kRobustSums * (kCandidates - 1) * kTileArea;
+    for (int y = 0; y < tile.height; ++y) {
+        for (int x = 0; x < tile.width; ++x) {
+            const auto i = static_cast<std::size_t>(tile.y0 + y) * frame_.width + tile.x0 + x;
+            const float* at = widest + y * kTileWidth + x;
+            for (std::size_t c = 0; c < 3; ++c) {
+                const float value =
+                    frame_.color[c][i] + at[(kRobustDelta + c) * kTileArea] / (1 + at[0]);
+                importance_[c][i] = 1 / (3 * (value * value + kImportanceFloor));
+            }
+        }
+    }
     for (int k = 0; k < kRobustCandidates; ++k) {
         RobustCandidate& to = candidates_[static_cast<std::size_t>(k)];
         const bool ranged = k >= kCandidates;

@@ -15,8 +15,7 @@ inline constexpr int kRobustCandidates = 2 * kCandidates;
 struct RobustCandidate {
     std::array<Plane, 3> filtered;
     std::array<Plane, 3> own;  // derivative of a filtered pixel by the noisy one
-    Plane sure;  // unbiased estimate of the squared error a pixel over the guide's square + 0.01,
-                 // mean over RGB
+    Plane sure;  // unbiased estimate of the squared error a pixel, weighted by importance()
 };
 
 // Some rows of the candidates: a whole frame's would be 100 planes.
@@ -35,8 +34,9 @@ class RobustBank {
     const RobustCandidate& operator[](int k) const {
         return candidates_[static_cast<std::size_t>(k)];
     }
-    // What a squared error counts in each channel: 1/(3 (guide^2 + 0.01)), so that it doesn't
-    // depend on a pixel's own noise. Planes of the frame's size.
+    // What a squared error counts in each channel: 1/(3 (F^2 + 0.01)), F of the widest window by
+    // features alone, in which a bright pixel's noise is lost. Planes of the frame's size, filled
+    // before end().
     const std::array<Plane, 3>& importance() const { return importance_; }
     const std::string& features() const { return guides_.names; }  // that took part
 
