@@ -43,6 +43,24 @@ inline Floats Sqrt(Floats x) {
 #endif
 }
 
+// Whether any lane is below.
+inline bool AnyBelow(Floats x, float bound) {
+#if RELUME_LANES == 16
+    return _mm512_cmp_ps_mask(x, _mm512_set1_ps(bound), _CMP_LT_OQ) != 0;
+#elif RELUME_LANES == 8
+    return _mm256_movemask_ps(_mm256_cmp_ps(x, _mm256_set1_ps(bound), _CMP_LT_OQ)) != 0;
+#elif defined(__SSE2__)
+    return _mm_movemask_ps(_mm_cmplt_ps(x, _mm_set1_ps(bound))) != 0;
+#else
+    for (int i = 0; i < RELUME_LANES; ++i) {
+        if (x[i] < bound) {
+            return true;
+        }
+    }
+    return false;
+#endif
+}
+
 // exp(x) for -87 <= x <= 0, relative error below 4e-6; exactly 1 at 0. 2^n in the exponent's bits
 // times a polynomial for 2^f, |f| <= 1/2 (minimax fit with constant term 1). Elsewhere the result
 // is any bits.
@@ -212,17 +230,28 @@ inline void AddRobustNeighbour(const float* const* planes, std::ptrdiff_t at,
                                const RobustCenter& center, const Floats (&floor)[3], float near,
                                Floats (&sum)[kRobustSums]) {
     const Floats e = FeatureDistance(planes, at, center.features, floor);
+    if (!AnyBelow(e, kLargestExponent)) {
+        return;  // all that follows would be 0
+    }
     const Floats w = ExpOfMinus(e, kLargestExponent);
     sum[kRobustWeight] += w;
-    Floats distance{}, u[3], slope[3];
+    Floats u[3], slope[3], excess[3], scale[3];
     for (int c = 0; c < 3; ++c) {
         u[c] = Load(planes[kBankColor + c] + at) - center.color[c];
         sum[kRobustDelta + c] += w * u[c];
-        const Floats g = Load(planes[kRobustGuide + c] + at) - center.guide[c];
+        slope[c] = Load(planes[kRobustGuide + c] + at) - center.guide[c];
         const Floats own = center.noise[c], v = Load(planes[kRobustNoise + c] + at);
-        const Floats r = 1.0f / ((own + v) * kRangeScale + kRangeFloor);
-        distance += (g * g - (own + Min(own, v))) * r;
-        slope[c] = g * r;
+        excess[c] = slope[c] * slope[c] - (own + Min(own, v));
+        scale[c] = (own + v) * kRangeScale + kRangeFloor;
+    }
+    // 1/scale, with one division.
+    const Floats whole = 1.0f / (scale[0] * scale[1] * scale[2]);
+    const Floats r[3] = {whole * (scale[1] * scale[2]), whole * (scale[0] * scale[2]),
+                         whole * (scale[0] * scale[1])};
+    Floats distance{};
+    for (int c = 0; c < 3; ++c) {
+        distance += excess[c] * r[c];
+        slope[c] *= r[c];
     }
     distance *= 1.0f / 3.0f;
     const Floats ranged = ExpOfMinus(e + Max(distance, Floats{}), kLargestExponent);

@@ -7,6 +7,9 @@ namespace {
 
 constexpr float kImportanceFloor = 0.01f;  // that of RelMSE
 
+// Of the guide: three of them are multiplied.
+constexpr float kLargestNoise = 1e10f;
+
 BankTables MakeRobustTables() {
     BankTables tables = MakeBankTables();
     if (!getenv("RB_SPARSE")) return tables;
@@ -67,7 +70,8 @@ void RobustBank::MakeGuide(const CancelToken& cancel) {
                     share_[i] = inverse;
                     for (std::size_t c = 0; c < 3; ++c) {
                         guide_[c][i] = at[(1 + c) * kTileArea] * inverse;
-                        noise_[c][i] = at[(4 + c) * kTileArea] * inverse * inverse;
+                        noise_[c][i] =
+                            std::min(at[(4 + c) * kTileArea] * inverse * inverse, kLargestNoise);
                     }
                 }
             }
