@@ -7,8 +7,8 @@
 
 namespace relume::denoise {
 
-// The three modes of the bilateral filter; bilateral.cpp reads the parameters and says what they are.
-// The kernels may be any that this processor has: the bits are the same.
+// The three modes of the bilateral filter; bilateral.cpp reads the parameters and says what they
+// are. The kernels may be any that this processor has: the bits are the same.
 std::unique_ptr<Denoiser> MakeCorrectedBilateral(const BilateralKernels& kernels);
 std::unique_ptr<Denoiser> MakeRobustBilateral(const BilateralKernels& kernels);
 std::unique_ptr<Denoiser> MakePrintedBilateral(int taylor, const BilateralKernels& kernels);

@@ -37,8 +37,9 @@ enum BankPlane {
 struct BankTables {
     int radius[kCandidates];  // rising, pixels
     float spatial[kCandidates][kBankRadius + 1]
-                 [kBankRadius + 1];  // exp(-d^2/(2 sigma_s^2)) at [|dy|][|dx|]; 0 in the last: left out
-    float floor[3];                  // of a pair's spread: normal, albedo, depth
+                 [kBankRadius +
+                  1];  // exp(-d^2/(2 sigma_s^2)) at [|dy|][|dx|]; 0 in the last: left out
+    float floor[3];    // of a pair's spread: normal, albedo, depth
 };
 
 // For `height` rows and all kTileWidth columns: out[(4 k + 0) * kTileArea + y * kTileWidth + x] is
@@ -70,7 +71,7 @@ enum RobustSumPlane {
     kRobustSums = 14,
 };
 
-inline constexpr float kRangeScale = 4;  // 2 kappa^2
+inline constexpr float kRangeScale = 3;  // 2 kappa^2, kappa = 1.22
 inline constexpr float kRangeFloor = 1e-10f;
 
 // As BankKernel: out[(kRobustSums k + s) * kTileArea + y * kTileWidth + x] is candidate k's sum s.

@@ -201,9 +201,9 @@ void Guide(const float* const* planes, std::ptrdiff_t stride, const BankTables& 
                 for (int dx = -radius; dx <= radius; ++dx) {
                     const std::ptrdiff_t to = at + dy * stride + dx;
                     const float spatial = tables.spatial[0][dy < 0 ? -dy : dy][dx < 0 ? -dx : dx];
-                    const Floats w = ExpOfMinus(FeatureDistance(planes, to, center, floor),
-                                                kLargestExponent) *
-                                     spatial;
+                    const Floats w =
+                        ExpOfMinus(FeatureDistance(planes, to, center, floor), kLargestExponent) *
+                        spatial;
                     sum[0] += w;
                     for (int c = 0; c < 3; ++c) {
                         sum[1 + c] += w * Load(planes[kBankColor + c] + to);

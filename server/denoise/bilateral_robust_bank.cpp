@@ -1,5 +1,7 @@
 #include "server/denoise/bilateral_robust_bank.h"
 
+#include <algorithm>
+
 #include "server/denoise/planes.h"
 
 namespace relume::denoise {
@@ -10,17 +12,14 @@ constexpr float kImportanceFloor = 0.01f;  // that of RelMSE
 // Of the guide: three of them are multiplied.
 constexpr float kLargestNoise = 1e10f;
 
+// Beyond the second widest window every other pixel counts for two: a quarter fewer pairs, and the
+// same error within half a per cent (mean of twelve scenes).
 BankTables MakeRobustTables() {
     BankTables tables = MakeBankTables();
-    if (!getenv("RB_SPARSE")) return tables;
-    const int start = atoi(getenv("RB_SPARSE")), mode = atoi(getenv("RB_SPARSE") + 2);
-    for (auto& spatial : tables.spatial) {
-        for (int y = 0; y <= kBankRadius; ++y) {
-            for (int x = 0; x <= kBankRadius; ++x) {
-                if (std::max(x, y) > start) {
-                    if (mode == 2) spatial[y][x] *= (x + y) % 2 == 0 ? 2.0f : 0.0f;
-                    if (mode == 4) spatial[y][x] *= x % 2 == 0 && y % 2 == 0 ? 4.0f : 0.0f;
-                }
+    for (int y = 0; y <= kBankRadius; ++y) {
+        for (int x = 0; x <= kBankRadius; ++x) {
+            if (std::max(x, y) > tables.radius[kCandidates - 2]) {
+                tables.spatial[kCandidates - 1][y][x] *= (x + y) % 2 == 0 ? 2.0f : 0.0f;
             }
         }
     }
@@ -40,7 +39,10 @@ void ForEachPlane(RobustCandidate* candidate, const Fn& fn) {
 
 RobustBank::RobustBank(const Frame& frame, const BilateralKernels& kernels,
                        const CancelToken& cancel)
-    : frame_(frame), kernels_(kernels), guides_(MakeBankGuides(frame)), tables_(MakeRobustTables()) {
+    : frame_(frame),
+      kernels_(kernels),
+      guides_(MakeBankGuides(frame)),
+      tables_(MakeRobustTables()) {
     MakeGuide(cancel);
 }
 
@@ -106,24 +108,23 @@ void RobustBank::Extend(int until, const CancelToken& cancel) {
     for (RobustCandidate& candidate : candidates_) {
         ForEachPlane(&candidate, [&](Plane& p) { p.resize(pixels); });
     }
-    ForEachTile(frame_, rows, kRobustPlanes, kBankRadius, cancel,
-                [&](const TileArea& tile, TilePlanes& scratch) {
-                    LoadTile(tile, &scratch);
-                    const auto load = [&](int index, const Plane& plane) {
-                        scratch.Load(index, plane, frame_.width, frame_.height, tile.x0, tile.y0,
-                                     0);
-                    };
-                    for (int c = 0; c < 3; ++c) {
-                        load(kRobustGuide + c, guide_[static_cast<std::size_t>(c)]);
-                        load(kRobustNoise + c, noise_[static_cast<std::size_t>(c)]);
-                    }
-                    load(kRobustShare, share_);
-                    std::vector<float> sums(
-                        static_cast<std::size_t>(kRobustSums * kCandidates * kTileArea));
-                    kernels_.robust(scratch.planes(), scratch.stride(), tables_, tile.height,
-                                    sums.data());
-                    FinishTile(tile, sums.data());
-                });
+    ForEachTile(
+        frame_, rows, kRobustPlanes, kBankRadius, cancel,
+        [&](const TileArea& tile, TilePlanes& scratch) {
+            LoadTile(tile, &scratch);
+            const auto load = [&](int index, const Plane& plane) {
+                scratch.Load(index, plane, frame_.width, frame_.height, tile.x0, tile.y0, 0);
+            };
+            for (int c = 0; c < 3; ++c) {
+                load(kRobustGuide + c, guide_[static_cast<std::size_t>(c)]);
+                load(kRobustNoise + c, noise_[static_cast<std::size_t>(c)]);
+            }
+            load(kRobustShare, share_);
+            std::vector<float> sums(
+                static_cast<std::size_t>(kRobustSums * kCandidates * kTileArea));
+            kernels_.robust(scratch.planes(), scratch.stride(), tables_, tile.height, sums.data());
+            FinishTile(tile, sums.data());
+        });
 }
 
 // With W the sum of weights, 1 for the pixel itself: F = y + sum(w u)/W, and by the quotient rule
@@ -151,8 +152,7 @@ void RobustBank::FinishTile(const TileArea& tile, const float* sums) {
         const float* curve = from + kRangeCurve * kTileArea;
         for (int y = 0; y < tile.height; ++y) {
             for (int x = 0; x < tile.width; ++x) {
-                const auto i =
-                    static_cast<std::size_t>(tile.y0 + y) * frame_.width + tile.x0 + x;
+                const auto i = static_cast<std::size_t>(tile.y0 + y) * frame_.width + tile.x0 + x;
                 const auto o = i - static_cast<std::size_t>(begin_) * frame_.width;
                 const int at = y * kTileWidth + x;
                 const float inverse = 1 / (1 + weight[at]);

@@ -82,7 +82,8 @@ void ForEachTile(const Frame& frame, RowRange rows, int planes, int radius,
                  const CancelToken& cancel,
                  const std::function<void(const TileArea&, TilePlanes&)>& body) {
     const std::size_t across = static_cast<std::size_t>(frame.width + kTileWidth - 1) / kTileWidth;
-    const std::size_t down = static_cast<std::size_t>(rows.end - rows.begin + kTileHeight - 1) / kTileHeight;
+    const std::size_t down =
+        static_cast<std::size_t>(rows.end - rows.begin + kTileHeight - 1) / kTileHeight;
     ParallelFor(0, across * down, 1, [&](std::size_t begin, std::size_t end) {
         TilePlanes scratch(planes, radius);
         for (std::size_t t = begin; t < end; ++t) {
