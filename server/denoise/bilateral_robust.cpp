@@ -109,19 +109,19 @@ class RobustBilateral final : public Denoiser {
         const Plane share = FilteredShare(frame, chosen);
         const std::size_t pixels = frame.pixel_count();
         Result result;
-        result.sure.emplace();
+        result.derivative.emplace();
         Plane error(pixels);
         double taken = 0;
         for (std::size_t c = 0; c < 3; ++c) {
             result.color[c].resize(pixels);
-            (*result.sure)[c].resize(pixels);
+            (*result.derivative)[c].resize(pixels);
             for (std::size_t i = 0; i < pixels; ++i) {
                 const float y = frame.color[c][i];
                 const float change = share[i] * (chosen.filtered[c][i] - y);
                 const float own = 1 - share[i] + share[i] * chosen.own[c][i];
                 const float sure = change * change + frame.variance[c][i] * (2 * own - 1);
                 result.color[c][i] = y + change;
-                (*result.sure)[c][i] = sure;
+                (*result.derivative)[c][i] = own;
                 error[i] += sure * (1.0f / 3.0f);
             }
         }

@@ -161,7 +161,8 @@ TEST(RobustBilateral, EstimatesTheErrorOfWhatItReturns) {
             smoothed += 3 * (*result.error)[i];
             for (std::size_t c = 0; c < 3; ++c) {
                 const double e = result.color[c][i] - light[c][i];
-                estimated += (*result.sure)[c][i];
+                const double r = result.color[c][i] - frame.color[c][i];
+                estimated += r * r + frame.variance[c][i] * (2 * (*result.derivative)[c][i] - 1);
                 real += e * e;
                 noisy += frame.variance[c][i];
             }
