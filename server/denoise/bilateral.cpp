@@ -1,6 +1,6 @@
 // Cross-bilateral filter of Xing, Chen, Li 2020 (equations 7 to 15; methods 3.3 to 3.7, 3.9).
 //
-//   mode    printed or corrected (default)
+//   mode    robust (default), corrected or printed
 //   taylor  printed only: terms of (15) after the first, 0 to 64; 0 = (14) by exp directly (default
 //   8)
 //
@@ -15,6 +15,16 @@
 // which are computed once a pair of pixels. The estimated error is the chosen window's smoothed
 // SURE.
 //
+// robust: the seven, and the seven again with a range term (methods 3.7), which keeps what no
+// feature shows: shadows, reflections. It doesn't compare noisy pixels, whose own noise would
+// choose their neighbours, but a guide: the image filtered by the smallest window. Its factor is
+// exp(-max(0, mean over RGB of (g^2 - v_i - min(v_i, v_j))/(2 kappa^2 (v_i + v_j) + 1e-10))), g the
+// difference and v the variance of the guide, kappa^2 = 1.5. Each pixel takes the candidate F of
+// least SURE, where squared errors are relative, over F^2 + 0.01 of the widest window, and smoothed
+// as in corrected. The result is y + a (F - y), y the noisy pixel and a = sum of v (1 - dF/dy) /
+// sum of (F - y)^2, 0 to 1, by the same weights over a Gaussian of 8 pixels: as samples grow, it
+// tends to the noisy image.
+//
 // printed: the equations literally: the spatial kernel is replaced by the slope of the noisy
 // image's Sobel gradient times a Gaussian of its difference (13, 14), which favours unlike
 // neighbours and is 0 on flat ground; D of (8) is used without a square; sigma .4, .125, .3 for
@@ -22,8 +32,10 @@
 // weight 1; a pixel without like neighbours stays; one sigma_s for the frame, raised through the
 // list while the error estimated from the halves falls. Needs the halves.
 //
-// Limits: shadow edges that no feature shows are softened; the error has a floor that more samples
-// don't lower.
+// Limits: corrected and printed soften shadow edges that no feature shows; their error has a floor
+// that more samples don't lower. SURE is unbiased for Gaussian noise; where a few bright samples
+// make the noise, the range term's candidates lose some of their energy, which SURE doesn't see:
+// robust's estimated error is too low then.
 #include "server/denoise/bilateral.h"
 
 #include <fmt/format.h>
@@ -33,7 +45,11 @@
 namespace relume::denoise {
 
 std::unique_ptr<Denoiser> MakeBilateral(const ParamSet& params) {
-    if (params.GetChoice("mode", "corrected", {"corrected", "printed"}) == "corrected") {
+    const std::string mode = params.GetChoice("mode", "robust", {"robust", "corrected", "printed"});
+    if (mode == "robust") {
+        return MakeRobustBilateral(BestKernels());
+    }
+    if (mode == "corrected") {
         return MakeCorrectedBilateral(BestKernels());
     }
     const int taylor = params.GetInt("taylor", 8);

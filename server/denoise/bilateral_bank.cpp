@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/denoise/bilateral_tiles.h"
-
 namespace relume::denoise {
 namespace {
 
@@ -12,24 +10,6 @@ namespace {
 // (methods 2.4).
 constexpr float kFeatureSigma[3] = {0.8f, 0.25f, 0.6f};
 constexpr float kVarianceFloor = 1e-2f;
-
-BankTables MakeTables() {
-    BankTables tables{};
-    for (int k = 0; k < kCandidates; ++k) {
-        const float sigma = CandidateSigma(k);
-        tables.radius[k] = std::min(kBankRadius, static_cast<int>(std::lround(2 * sigma)));
-        for (int y = 0; y <= kBankRadius; ++y) {
-            for (int x = 0; x <= kBankRadius; ++x) {
-                tables.spatial[k][y][x] =
-                    std::exp(-static_cast<float>(x * x + y * y) / (2 * sigma * sigma));
-            }
-        }
-    }
-    for (int g = 0; g < 3; ++g) {
-        tables.floor[g] = kVarianceFloor * 2 * kFeatureSigma[g] * kFeatureSigma[g];
-    }
-    return tables;
-}
 
 // From the sums of one tile to the filtered colours and SURE: weights depend on features alone, so
 // that the derivative of a pixel by its own noise is its weight, 1, over the sum of weights.
@@ -58,16 +38,39 @@ void FinishTile(const Frame& frame, const TileArea& tile, const float* sums, Can
 
 }  // namespace
 
-float CandidateSigma(int k) { return std::exp2(0.5f * static_cast<float>(k)); }
+BankTables MakeBankTables() {
+    BankTables tables{};
+    for (int k = 0; k < kCandidates; ++k) {
+        const float sigma = CandidateSigma(k);
+        tables.radius[k] = std::min(kBankRadius, static_cast<int>(std::lround(2 * sigma)));
+        for (int y = 0; y <= kBankRadius; ++y) {
+            for (int x = 0; x <= kBankRadius; ++x) {
+                tables.spatial[k][y][x] =
+                    std::exp(-static_cast<float>(x * x + y * y) / (2 * sigma * sigma));
+            }
+        }
+    }
+    for (int g = 0; g < 3; ++g) {
+        tables.floor[g] = kVarianceFloor * 2 * kFeatureSigma[g] * kFeatureSigma[g];
+    }
+    return tables;
+}
 
-CandidateBank ComputeBank(const Frame& frame, const BilateralKernels& kernels,
-                          const CancelToken& cancel) {
+Guides MakeBankGuides(const Frame& frame) {
     Guides guides = MakeGuides(frame);
     for (int g = 0; g < 3; ++g) {
         for (float& value : guides.variance[g]) {
             value *= 2 * kFeatureSigma[g] * kFeatureSigma[g];
         }
     }
+    return guides;
+}
+
+float CandidateSigma(int k) { return std::exp2(0.5f * static_cast<float>(k)); }
+
+CandidateBank ComputeBank(const Frame& frame, const BilateralKernels& kernels,
+                          const CancelToken& cancel) {
+    const Guides guides = MakeBankGuides(frame);
     CandidateBank bank;
     bank.features = guides.names;
     for (int k = 0; k < kCandidates; ++k) {
@@ -77,7 +80,7 @@ CandidateBank ComputeBank(const Frame& frame, const BilateralKernels& kernels,
             plane.resize(frame.pixel_count());
         }
     }
-    const BankTables tables = MakeTables();
+    const BankTables tables = MakeBankTables();
     ForEachTile(
         frame, kBankPlanes, kBankRadius, cancel, [&](const TileArea& tile, TilePlanes& scratch) {
             const auto load = [&](int index, const Plane& plane, float outside = 0) {

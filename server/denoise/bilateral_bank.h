@@ -2,6 +2,7 @@
 
 #include "core/base/cancel_token.h"
 #include "server/denoise/bilateral_kernels.h"
+#include "server/denoise/bilateral_tiles.h"
 #include "server/denoise/frame.h"
 
 namespace relume::denoise {
@@ -15,6 +16,10 @@ struct CandidateBank {
     Plane self[kCandidates];  // a pixel's own share of its filtered value, in [0, 1]
     std::string features;     // that took part
 };
+
+// The bank's constants, and guides whose variance is in units of the tables' floor.
+BankTables MakeBankTables();
+Guides MakeBankGuides(const Frame& frame);
 
 // sigma_s of candidate k in pixels: 2^(k/2).
 float CandidateSigma(int k);

@@ -25,14 +25,21 @@ enum BankPlane {
     kBankAlbedo = 6,
     kBankDepth = 9,
     kBankSpread,
-    kBankPlanes = 13
+    kBankPlanes = 13,
+    kBankNoise = kBankPlanes,  // of the guide kernel alone
+    kGuidePlanes = 16,
+    kRobustGuide = kBankPlanes,  // of the robust kernel alone
+    kRobustNoise = 16,
+    kRobustShare = 19,
+    kRobustPlanes = 20,
 };
 
 struct BankTables {
     int radius[kCandidates];  // rising, pixels
     float spatial[kCandidates][kBankRadius + 1]
-                 [kBankRadius + 1];  // exp(-d^2/(2 sigma_s^2)) at [|dy|][|dx|]
-    float floor[3];                  // of a pair's spread: normal, albedo, depth
+                 [kBankRadius +
+                  1];  // exp(-d^2/(2 sigma_s^2)) at [|dy|][|dx|]; 0 in the last: left out
+    float floor[3];    // of a pair's spread: normal, albedo, depth
 };
 
 // For `height` rows and all kTileWidth columns: out[(4 k + 0) * kTileArea + y * kTileWidth + x] is
@@ -40,6 +47,37 @@ struct BankTables {
 // tile's first pixel; kBankSpread + 0..2 hold the group's sample variance times 2 sigma_k^2.
 using BankKernel = void (*)(const float* const* planes, std::ptrdiff_t stride,
                             const BankTables& tables, int height, float* out);
+
+// A filter of candidate 0's window and weights, for the robust filter to compare colours by, with
+// its variance. out[s * kTileArea + y * kTileWidth + x]: the sum of weights, 1 for the pixel
+// itself; + 1..3 the weighted sums of colour; + 4..6 the sums of kBankNoise + 0..2, the variance of
+// the mean, by squared weights.
+inline constexpr int kGuideSums = 7;
+using GuideKernel = BankKernel;
+
+// Sums of the robust filter over a window without the pixel itself: of w, a pair's weight by
+// features, and w u, u = y_j - y_i in colour; then of w' = w times the range factor, w' u; and the
+// two that make the derivative of the filtered pixel by the noisy one, of t and t u: t = w' r g
+// (1 - s) where the range factor is below 1, else 0; g = guide_j - guide_i, r = 1/(2 kappa^2 (v_i +
+// v_j) + floor), v the guide's variance, s the noisy pixel's share in guide_j over its share in
+// guide_i.
+enum RobustSumPlane {
+    kRobustWeight,
+    kRobustDelta,
+    kRangeWeight = 4,
+    kRangeDelta,
+    kRangeSlope = 8,
+    kRangeCurve = 11,
+    kRobustSums = 14,
+};
+
+inline constexpr float kRangeScale = 3;  // 2 kappa^2, kappa = 1.22
+inline constexpr float kRangeFloor = 1e-10f;
+
+// As BankKernel: out[(kRobustSums k + s) * kTileArea + y * kTileWidth + x] is candidate k's sum s.
+// kRobustGuide + 0..2 hold the guide, kRobustNoise + 0..2 its variance, kRobustShare a pixel's own
+// share in it.
+using RobustKernel = BankKernel;
 
 inline constexpr int kPrintedRadius = 8;
 
@@ -69,6 +107,8 @@ using PrintedKernel = void (*)(const float* const* planes, std::ptrdiff_t stride
 struct BilateralKernels {
     const char* name;
     BankKernel bank;
+    GuideKernel guide;
+    RobustKernel robust;
     PrintedKernel printed;
 };
 

@@ -3,6 +3,6 @@
 
 namespace relume::denoise {
 
-const BilateralKernels kAvx2Kernels = {"avx2", Bank, Printed};
+const BilateralKernels kAvx2Kernels = {"avx2", Bank, Guide, Robust, Printed};
 
 }  // namespace relume::denoise

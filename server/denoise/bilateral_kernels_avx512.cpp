@@ -3,6 +3,6 @@
 
 namespace relume::denoise {
 
-const BilateralKernels kAvx512Kernels = {"avx512", Bank, Printed};
+const BilateralKernels kAvx512Kernels = {"avx512", Bank, Guide, Robust, Printed};
 
 }  // namespace relume::denoise

@@ -3,6 +3,6 @@
 
 namespace relume::denoise {
 
-const BilateralKernels kBaselineKernels = {"baseline", Bank, Printed};
+const BilateralKernels kBaselineKernels = {"baseline", Bank, Guide, Robust, Printed};
 
 }  // namespace relume::denoise

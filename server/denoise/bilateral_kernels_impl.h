@@ -26,6 +26,7 @@ inline void Store(float* to, Floats v) { __builtin_memcpy(to, &v, sizeof v); }
 inline Floats Fill(float value) { return Floats{} + value; }
 
 inline Floats Max(Floats a, Floats b) { return a > b ? a : b; }
+inline Floats Min(Floats a, Floats b) { return a < b ? a : b; }
 
 inline Floats Sqrt(Floats x) {
 #if RELUME_LANES == 16
@@ -39,6 +40,24 @@ inline Floats Sqrt(Floats x) {
         x[i] = __builtin_sqrtf(x[i]);
     }
     return x;
+#endif
+}
+
+// Whether any lane is below.
+inline bool AnyBelow(Floats x, float bound) {
+#if RELUME_LANES == 16
+    return _mm512_cmp_ps_mask(x, _mm512_set1_ps(bound), _CMP_LT_OQ) != 0;
+#elif RELUME_LANES == 8
+    return _mm256_movemask_ps(_mm256_cmp_ps(x, _mm256_set1_ps(bound), _CMP_LT_OQ)) != 0;
+#elif defined(__SSE2__)
+    return _mm_movemask_ps(_mm_cmplt_ps(x, _mm_set1_ps(bound))) != 0;
+#else
+    for (int i = 0; i < RELUME_LANES; ++i) {
+        if (x[i] < bound) {
+            return true;
+        }
+    }
+    return false;
 #endif
 }
 
@@ -62,6 +81,7 @@ inline Floats Exp(Floats x) {
 // Weights below exp(-cut) are 0: they are under the last bit of a sum that has the centre's 1 in
 // it, and products with them could become denormal numbers, which are slow.
 inline Floats ExpOfMinus(Floats e, float cut) { return e < cut ? Exp(-e) : Floats{}; }
+constexpr float kLargestExponent = 40;  // of the bank's weights
 
 struct WeightedSum {
     Floats weight{}, color[3]{};
@@ -74,8 +94,19 @@ struct BankCenter {
     Floats feature[7], spread[3];
 };
 
-inline void AddBankNeighbour(const float* const* planes, std::ptrdiff_t at,
-                             const BankCenter& center, const Floats (&floor)[3], WeightedSum* sum) {
+inline BankCenter LoadBankCenter(const float* const* planes, std::ptrdiff_t at) {
+    BankCenter center;
+    for (int f = 0; f < 7; ++f) {
+        center.feature[f] = Load(planes[kBankNormal + f] + at);
+    }
+    for (int g = 0; g < 3; ++g) {
+        center.spread[g] = Load(planes[kBankSpread + g] + at);
+    }
+    return center;
+}
+
+inline Floats FeatureDistance(const float* const* planes, std::ptrdiff_t at,
+                              const BankCenter& center, const Floats (&floor)[3]) {
     Floats squared[7];
     for (int f = 0; f < 7; ++f) {
         const Floats d = Load(planes[kBankNormal + f] + at) - center.feature[f];
@@ -87,8 +118,12 @@ inline void AddBankNeighbour(const float* const* planes, std::ptrdiff_t at,
     const Floats b = Max(center.spread[1] + Load(planes[kBankSpread + 1] + at), floor[1]);
     const Floats c = Max(center.spread[2] + Load(planes[kBankSpread + 2] + at), floor[2]);
     const Floats ab = a * b;
-    const Floats e = ((normal * b + albedo * a) * c + squared[6] * ab) / (ab * c);
-    const Floats w = ExpOfMinus(e, 40.0f);
+    return ((normal * b + albedo * a) * c + squared[6] * ab) / (ab * c);
+}
+
+inline void AddBankNeighbour(const float* const* planes, std::ptrdiff_t at,
+                             const BankCenter& center, const Floats (&floor)[3], WeightedSum* sum) {
+    const Floats w = ExpOfMinus(FeatureDistance(planes, at, center, floor), kLargestExponent);
     sum->weight += w;
     for (int i = 0; i < 3; ++i) {
         sum->color[i] += w * Load(planes[kBankColor + i] + at);
@@ -105,13 +140,7 @@ void Bank(const float* const* planes, std::ptrdiff_t stride, const BankTables& t
     for (int y = 0; y < height; ++y) {
         for (int x = 0; x < kTileWidth; x += RELUME_LANES) {
             const std::ptrdiff_t at = y * stride + x;
-            BankCenter center;
-            for (int f = 0; f < 7; ++f) {
-                center.feature[f] = Load(planes[kBankNormal + f] + at);
-            }
-            for (int g = 0; g < 3; ++g) {
-                center.spread[g] = Load(planes[kBankSpread + g] + at);
-            }
+            const BankCenter center = LoadBankCenter(planes, at);
             WeightedSum total[kCandidates];
             for (auto& sum : total) {
                 sum.weight = Fill(1.0f);
@@ -150,6 +179,146 @@ void Bank(const float* const* planes, std::ptrdiff_t stride, const BankTables& t
                 Store(to + (4 * k) * kTileArea, total[k].weight);
                 for (int c = 0; c < 3; ++c) {
                     Store(to + (4 * k + 1 + c) * kTileArea, total[k].color[c]);
+                }
+            }
+        }
+    }
+}
+
+void Guide(const float* const* planes, std::ptrdiff_t stride, const BankTables& tables, int height,
+           float* out) {
+    Floats floor[3];
+    for (int g = 0; g < 3; ++g) {
+        floor[g] = Fill(tables.floor[g]);
+    }
+    const int radius = tables.radius[0];
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < kTileWidth; x += RELUME_LANES) {
+            const std::ptrdiff_t at = y * stride + x;
+            const BankCenter center = LoadBankCenter(planes, at);
+            Floats sum[kGuideSums]{};
+            for (int dy = -radius; dy <= radius; ++dy) {
+                for (int dx = -radius; dx <= radius; ++dx) {
+                    const std::ptrdiff_t to = at + dy * stride + dx;
+                    const float spatial = tables.spatial[0][dy < 0 ? -dy : dy][dx < 0 ? -dx : dx];
+                    const Floats w =
+                        ExpOfMinus(FeatureDistance(planes, to, center, floor), kLargestExponent) *
+                        spatial;
+                    sum[0] += w;
+                    for (int c = 0; c < 3; ++c) {
+                        sum[1 + c] += w * Load(planes[kBankColor + c] + to);
+                        sum[4 + c] += w * w * Load(planes[kBankNoise + c] + to);
+                    }
+                }
+            }
+            for (int s = 0; s < kGuideSums; ++s) {
+                Store(out + s * kTileArea + y * kTileWidth + x, sum[s]);
+            }
+        }
+    }
+}
+
+struct RobustCenter {
+    BankCenter features;
+    Floats color[3], guide[3], noise[3], share;
+};
+
+// The range term's distance: mean over the channels of (g^2 - v_i - min(v_i, v_j)) r (methods 3.7,
+// 1.4). Where it is not above 0 the range factor is 1. `near` is the guide's spatial weight, 0
+// outside of its window.
+inline void AddRobustNeighbour(const float* const* planes, std::ptrdiff_t at,
+                               const RobustCenter& center, const Floats (&floor)[3], float near,
+                               Floats (&sum)[kRobustSums]) {
+    const Floats e = FeatureDistance(planes, at, center.features, floor);
+    if (!AnyBelow(e, kLargestExponent)) {
+        return;  // all that follows would be 0
+    }
+    const Floats w = ExpOfMinus(e, kLargestExponent);
+    sum[kRobustWeight] += w;
+    Floats u[3], slope[3], excess[3], scale[3];
+    for (int c = 0; c < 3; ++c) {
+        u[c] = Load(planes[kBankColor + c] + at) - center.color[c];
+        sum[kRobustDelta + c] += w * u[c];
+        slope[c] = Load(planes[kRobustGuide + c] + at) - center.guide[c];
+        const Floats own = center.noise[c], v = Load(planes[kRobustNoise + c] + at);
+        excess[c] = slope[c] * slope[c] - (own + Min(own, v));
+        scale[c] = (own + v) * kRangeScale + kRangeFloor;
+    }
+    // 1/scale, with one division.
+    const Floats whole = 1.0f / (scale[0] * scale[1] * scale[2]);
+    const Floats r[3] = {whole * (scale[1] * scale[2]), whole * (scale[0] * scale[2]),
+                         whole * (scale[0] * scale[1])};
+    Floats distance{};
+    for (int c = 0; c < 3; ++c) {
+        distance += excess[c] * r[c];
+        slope[c] *= r[c];
+    }
+    distance *= 1.0f / 3.0f;
+    const Floats ranged = ExpOfMinus(e + Max(distance, Floats{}), kLargestExponent);
+    Floats falling = distance > Floats{} ? ranged : Floats{};
+    if (near > 0) {
+        falling -= falling * (w * near) * Load(planes[kRobustShare] + at) / center.share;
+    }
+    sum[kRangeWeight] += ranged;
+    for (int c = 0; c < 3; ++c) {
+        sum[kRangeDelta + c] += ranged * u[c];
+        const Floats t = falling * slope[c];
+        sum[kRangeSlope + c] += t;
+        sum[kRangeCurve + c] += t * u[c];
+    }
+}
+
+void Robust(const float* const* planes, std::ptrdiff_t stride, const BankTables& tables, int height,
+            float* out) {
+    Floats floor[3];
+    for (int g = 0; g < 3; ++g) {
+        floor[g] = Fill(tables.floor[g]);
+    }
+    const int radius = tables.radius[kCandidates - 1];
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < kTileWidth; x += RELUME_LANES) {
+            const std::ptrdiff_t at = y * stride + x;
+            RobustCenter center;
+            center.features = LoadBankCenter(planes, at);
+            for (int c = 0; c < 3; ++c) {
+                center.color[c] = Load(planes[kBankColor + c] + at);
+                center.guide[c] = Load(planes[kRobustGuide + c] + at);
+                center.noise[c] = Load(planes[kRobustNoise + c] + at);
+            }
+            center.share = Load(planes[kRobustShare] + at);
+            Floats total[kCandidates][kRobustSums]{};
+            // Rings of up to four neighbours, as in Bank.
+            for (int dy = 0; dy <= radius; ++dy) {
+                for (int dx = dy == 0 ? 1 : 0; dx <= radius; ++dx) {
+                    if (tables.spatial[kCandidates - 1][dy][dx] == 0) {
+                        continue;
+                    }
+                    Floats ring[kRobustSums]{};
+                    const std::ptrdiff_t below = at + dy * stride, above = at - dy * stride;
+                    const int reach = dx > dy ? dx : dy;
+                    const float near = reach <= tables.radius[0] ? tables.spatial[0][dy][dx] : 0;
+                    AddRobustNeighbour(planes, below + dx, center, floor, near, ring);
+                    if (dx != 0) {
+                        AddRobustNeighbour(planes, below - dx, center, floor, near, ring);
+                    }
+                    if (dy != 0) {
+                        AddRobustNeighbour(planes, above + dx, center, floor, near, ring);
+                        if (dx != 0) {
+                            AddRobustNeighbour(planes, above - dx, center, floor, near, ring);
+                        }
+                    }
+                    for (int k = kCandidates - 1; k >= 0 && tables.radius[k] >= reach; --k) {
+                        const float spatial = tables.spatial[k][dy][dx];
+                        for (int s = 0; s < kRobustSums; ++s) {
+                            total[k][s] += ring[s] * spatial;
+                        }
+                    }
+                }
+            }
+            float* to = out + y * kTileWidth + x;
+            for (int k = 0; k < kCandidates; ++k) {
+                for (int s = 0; s < kRobustSums; ++s) {
+                    Store(to + (kRobustSums * k + s) * kTileArea, total[k][s]);
                 }
             }
         }

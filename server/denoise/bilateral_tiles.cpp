@@ -75,8 +75,15 @@ void TilePlanes::Load(int index, const Plane& plane, int width, int height, int 
 
 void ForEachTile(const Frame& frame, int planes, int radius, const CancelToken& cancel,
                  const std::function<void(const TileArea&, TilePlanes&)>& body) {
+    ForEachTile(frame, {0, frame.height}, planes, radius, cancel, body);
+}
+
+void ForEachTile(const Frame& frame, RowRange rows, int planes, int radius,
+                 const CancelToken& cancel,
+                 const std::function<void(const TileArea&, TilePlanes&)>& body) {
     const std::size_t across = static_cast<std::size_t>(frame.width + kTileWidth - 1) / kTileWidth;
-    const std::size_t down = static_cast<std::size_t>(frame.height + kTileHeight - 1) / kTileHeight;
+    const std::size_t down =
+        static_cast<std::size_t>(rows.end - rows.begin + kTileHeight - 1) / kTileHeight;
     ParallelFor(0, across * down, 1, [&](std::size_t begin, std::size_t end) {
         TilePlanes scratch(planes, radius);
         for (std::size_t t = begin; t < end; ++t) {
@@ -84,9 +91,9 @@ void ForEachTile(const Frame& frame, int planes, int radius, const CancelToken& 
                 throw Error(ErrorCode::kCancelled, "the filter was cancelled");
             }
             const int x0 = static_cast<int>(t % across) * kTileWidth;
-            const int y0 = static_cast<int>(t / across) * kTileHeight;
+            const int y0 = rows.begin + static_cast<int>(t / across) * kTileHeight;
             body({x0, y0, std::min(kTileWidth, frame.width - x0),
-                  std::min(kTileHeight, frame.height - y0)},
+                  std::min(kTileHeight, rows.end - y0)},
                  scratch);
         }
     });

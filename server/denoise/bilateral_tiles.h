@@ -42,8 +42,16 @@ struct TileArea {
     int x0, y0, width, height;  // pixels, at most kTileWidth x kTileHeight
 };
 
-// Calls body(tile, scratch) for every tile of the frame, on several threads, each with a scratch of
-// its own. Throws kCancelled soon after `cancel` is set.
+// Rows [begin, end) of a frame; both multiples of kTileHeight, or the frame's height.
+struct RowRange {
+    int begin, end;
+};
+
+// Calls body(tile, scratch) for every tile of the frame, or of some of its rows, on several
+// threads, each with a scratch of its own. Throws kCancelled soon after `cancel` is set.
+void ForEachTile(const Frame& frame, RowRange rows, int planes, int radius,
+                 const CancelToken& cancel,
+                 const std::function<void(const TileArea&, TilePlanes&)>& body);
 void ForEachTile(const Frame& frame, int planes, int radius, const CancelToken& cancel,
                  const std::function<void(const TileArea&, TilePlanes&)>& body);
 

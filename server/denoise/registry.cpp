@@ -20,10 +20,13 @@ constexpr struct {
     {"none", MakeNone, "the mean of the samples, unfiltered\n"},
     {"bilateral", MakeBilateral,
      "cross-bilateral filter on normal, albedo and depth; Xing, Chen, Li 2020\n"
-     "    mode=corrected   corrected: per pixel the best of seven windows (sigma 1 to 8 pixels) by "
-     "SURE,\n"
-     "                     constants of Li, Wu, Chuang 2012; printed: the paper's equations to the "
-     "letter\n"
+     "    mode=robust      robust: per pixel the best of seven windows (sigma 1 to 8 pixels) by "
+     "SURE, with\n"
+     "                     and without a range term, mixed with the noisy image so that it "
+     "converges "
+     "to it;\n"
+     "                     corrected: the seven alone, constants of Li, Wu, Chuang 2012;\n"
+     "                     printed: the paper's equations to the letter\n"
      "    taylor=8         printed only: terms of the gradient weight's series, 0 to 64; 0 = exp "
      "itself\n"},
 };

@@ -150,7 +150,8 @@ std::vector<float> PoolNeighbours(const Film& film) {
                     const float value = alone ? planes.sum[c][i] : row.sum[c][x];
                     sum += m2 / freedom / (Square(value / samples) + kEpsilon);
                 }
-                relative[i] = sum / 3;
+                // One of which nothing is known is as noisy as it is bright.
+                relative[i] = freedom > 0 ? sum / 3 : 1;
             }
         }
     });

@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 
+#include <chrono>
 #include <cmath>
+#include <thread>
 
 #include "proto/codec/codec.h"
 #include "tests/integration/rpc/farm_fixture.h"
@@ -213,6 +215,9 @@ TEST_F(JobServiceTest, CancelEndsTheJobItsWatchesAndItsLeases) {
     const auto reader = jobs->WatchJob(&context, request);
     v1::WatchJobResponse event;
     while (reader->Read(&event) && event.job().state() != v1::JOB_STATE_RENDERING) {
+    }
+    while (worker->leases() == 0) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
     v1::Job cancelled;
     ASSERT_TRUE(Cancel(job.name(), &cancelled).ok());

@@ -1,4 +1,4 @@
-// The bilateral filter's two modes against their equations, and the same bits however computed.
+// The bilateral filter's modes against their equations, and the same bits however computed.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -234,6 +234,7 @@ struct Mode {
 };
 
 constexpr Mode kModes[] = {
+    {"robust", MakeRobustBilateral},
     {"corrected", MakeCorrectedBilateral},
     {"printed", [](const BilateralKernels& k) { return MakePrintedBilateral(8, k); }},
     {"direct", [](const BilateralKernels& k) { return MakePrintedBilateral(0, k); }},
@@ -275,8 +276,13 @@ INSTANTIATE_TEST_SUITE_P(Modes, BilateralBits, testing::ValuesIn(kModes),
                          [](const auto& mode) { return std::string(mode.param.name); });
 
 // The internal tiles lie elsewhere over the same pixels; beyond the halo nothing may tell.
-TEST(CorrectedBilateral, BitsDoNotDependOnWhereTilesLie) {
-    constexpr int kWidth = 140, kHeight = 110, kLeft = 9, kTop = 5, kHalo = 28;
+// Halo: the window, the blur of SURE; for robust also the guide's window and the blur of the share.
+class BilateralTiles : public testing::TestWithParam<std::pair<int, int>> {};
+
+TEST_P(BilateralTiles, BitsDoNotDependOnWhereTilesLie) {
+    constexpr int kWidth = 140, kHeight = 190, kLeft = 9, kTop = 5;
+    const Mode& mode = kModes[GetParam().first];
+    const int halo = GetParam().second;
     Frame frame = MakeRandomFrame(kWidth, kHeight, 11);
     frame.feature[kDepth][70 + 60 * kWidth] = 10;  // the largest, in both
     Frame crop = frame;
@@ -298,16 +304,19 @@ TEST(CorrectedBilateral, BitsDoNotDependOnWhereTilesLie) {
         cut(&crop.feature[f]);
         cut(&crop.feature_variance[f]);
     }
-    const auto denoiser = MakeCorrectedBilateral(BestKernels());
+    const auto denoiser = mode.make(BestKernels());
     const Result whole = denoiser->Reconstruct(frame, {}), part = denoiser->Reconstruct(crop, {});
-    for (int y = kHalo; y < crop.height; ++y) {
-        for (int x = kHalo; x < crop.width; ++x) {
+    for (int y = halo; y < crop.height; ++y) {
+        for (int x = halo; x < crop.width; ++x) {
             ASSERT_EQ(part.color[0][static_cast<std::size_t>(y * crop.width + x)],
                       whole.color[0][static_cast<std::size_t>((y + kTop) * kWidth + x + kLeft)])
                 << x << ", " << y;
         }
     }
 }
+
+INSTANTIATE_TEST_SUITE_P(Modes, BilateralTiles,
+                         testing::Values(std::pair{0, 16 + 12 + 2 + 24}, std::pair{1, 16 + 12}));
 
 TEST(CorrectedBilateral, CancelEndsIt) {
     CancelToken cancel;

@@ -99,11 +99,14 @@ TEST_P(EveryFilter, FewSamplesAreEnough) {
     }
 }
 
-// How far one sample of pixel (80, 48) is seen: window 16, choice by SURE blurred over 12. The
-// variance is regularised over 10.
+// How far one sample of pixel (120, 70) is seen: window 16, choice by SURE blurred over 12. The
+// variance is regularised over 10, which robust mode's weights see through its guide, 2, and its
+// share is blurred over 24.
 TEST_P(EveryFilter, OneBadSampleStaysInItsHalo) {
-    const Truth truth{160, 96};
-    constexpr int kX = 80, kY = 48, kHalo = 16 + 12;
+    const Truth truth{240, 140};
+    constexpr int kX = 120, kY = 70;
+    const bool robust = std::string_view(GetParam()).find("robust") != std::string_view::npos;
+    const int halo = robust ? 10 + 2 + 16 + 12 + 24 : 16 + 12;
     const Frame clean = FrameFromFilm(MakeFilm(truth, 4, 5));
     const Result reference = Filter(clean);
     for (const float value : {NAN, INFINITY, -INFINITY, 1e6f, 1e14f, 3e38f}) {
@@ -122,7 +125,7 @@ TEST_P(EveryFilter, OneBadSampleStaysInItsHalo) {
         for (int y = 0; y < truth.height; ++y) {
             for (int x = 0; x < truth.width; ++x) {
                 const auto i = static_cast<std::size_t>(y * truth.width + x);
-                if (std::max(std::abs(x - kX), std::abs(y - kY)) > kHalo) {
+                if (std::max(std::abs(x - kX), std::abs(y - kY)) > halo) {
                     ASSERT_EQ(result.color[0][i], reference.color[0][i])
                         << value << " at " << x << ", " << y;
                 }
@@ -149,8 +152,8 @@ TEST_P(EveryFilter, APixelWithoutSamplesIsFilled) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Filters, EveryFilter,
-                         testing::Values("none", "bilateral:mode=corrected",
-                                         "bilateral:mode=printed",
+                         testing::Values("none", "bilateral:mode=robust",
+                                         "bilateral:mode=corrected", "bilateral:mode=printed",
                                          "bilateral:mode=printed,taylor=0"),
                          [](const auto& param) {
                              std::string name = param.param;
@@ -167,12 +170,18 @@ TEST(Filters, NothingInNothingOut) {
     }
 }
 
-TEST(CorrectedBilateral, LowersNoiseAndKeepsEdges) {
+class Bilateral : public testing::TestWithParam<const char*> {};
+
+INSTANTIATE_TEST_SUITE_P(Modes, Bilateral,
+                         testing::Values("bilateral:mode=robust", "bilateral:mode=corrected"),
+                         [](const auto& param) { return std::string(param.param).substr(15); });
+
+TEST_P(Bilateral, LowersNoiseAndKeepsEdges) {
     const Truth truth{120, 80};
     const int edge = 72;
     for (const int spp : {4, 8, 32}) {
         const Frame frame = FrameFromFilm(MakeFilm(truth, spp, 7));
-        const Result result = RunDenoiser(*MakeDenoiser("bilateral"), frame, CancelToken{});
+        const Result result = RunDenoiser(*MakeDenoiser(GetParam()), frame, CancelToken{});
         // 1/spp noisy; a tenth of that is what four windows of some ten pixels leave at least.
         EXPECT_LT(MrSE(truth, result.color, 0, 120), 0.1 * MrSE(truth, frame.color, 0, 120)) << spp;
         EXPECT_LT(MrSE(truth, result.color, edge - 2, edge + 2),
@@ -181,7 +190,7 @@ TEST(CorrectedBilateral, LowersNoiseAndKeepsEdges) {
     }
 }
 
-TEST(CorrectedBilateral, ComesWithinFivePercentOfSbf) {
+TEST_P(Bilateral, ComesWithinFivePercentOfSbf) {
     const std::filesystem::path folder =
         std::filesystem::path(RELUME_SOURCE_DIR) / "../shared/buffers/chess";
     if (!std::filesystem::exists(folder / "buffers.exr")) {
@@ -191,7 +200,7 @@ TEST(CorrectedBilateral, ComesWithinFivePercentOfSbf) {
     std::ranges::fill(buffers.Plane(buffers.Add("samples.Y")), 8.0f);
     const Image reference = ReadExr(folder / "reference.exr");
     const Frame frame = FrameFromImage(buffers, nullptr);
-    const Result result = RunDenoiser(*MakeDenoiser("bilateral"), frame, CancelToken{});
+    const Result result = RunDenoiser(*MakeDenoiser(GetParam()), frame, CancelToken{});
     const Image image = AssembleLayers(frame, result, nullptr, false);
     const double sbf = CompareImages(reference, ReadExr(folder / "sbf.exr"), "", "", false).mrse;
     EXPECT_LT(CompareImages(reference, image, "", "", false).mrse, 1.05 * sbf);
@@ -219,15 +228,15 @@ TEST(Registry, UnknownNamesAreAnsweredWithTheKnownOnes) {
 }
 
 TEST(Registry, DescribesItselfSoThatItCanBeMadeAgain) {
-    for (const char* text :
-         {"none", "bilateral:mode=corrected", "bilateral:mode=printed,taylor=3"}) {
+    for (const char* text : {"none", "bilateral:mode=robust", "bilateral:mode=corrected",
+                             "bilateral:mode=printed,taylor=3"}) {
         EXPECT_EQ(MakeDenoiser(text)->Describe(), text);
         EXPECT_EQ(MakeDenoiser(MakeDenoiser(text)->Describe())->Describe(), text);
     }
-    EXPECT_EQ(MakeDenoiser("bilateral")->Describe(), "bilateral:mode=corrected");
+    EXPECT_EQ(MakeDenoiser("bilateral")->Describe(), "bilateral:mode=robust");
     EXPECT_EQ(MakeDenoiser("bilateral:mode=printed")->Describe(),
               "bilateral:mode=printed,taylor=8");
-    for (const char* word : {"none ", "bilateral ", "mode=corrected", "taylor=8"}) {
+    for (const char* word : {"none ", "bilateral ", "mode=robust", "taylor=8"}) {
         EXPECT_THAT(DescribeDenoisers(), HasSubstr(word));
     }
 }

@@ -53,7 +53,7 @@ TEST_F(DenoiseProgram, FiltersAFile) {
     EXPECT_EQ(out.y0(), 1);
     EXPECT_EQ(out.display_width(), 70);
     EXPECT_EQ(out.metadata().at("relume.seed"), "5");
-    EXPECT_EQ(out.metadata().at("relume.filter"), "bilateral:mode=corrected");
+    EXPECT_EQ(out.metadata().at("relume.filter"), "bilateral:mode=robust");
     EXPECT_FALSE(out.Has("buffer_a.R"));
     const std::span<const float> noisy = out.Plane("noisy.R"), filtered = out.Plane("R"),
                                  was = image_.Plane("R");

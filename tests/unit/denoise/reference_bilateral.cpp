@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace relume::denoise {
 namespace {
@@ -29,6 +30,18 @@ std::pair<double, double> Compare(const Frame& frame, const Group& group, std::s
             Square(group.scale) * (frame.feature_variance[f][i] + frame.feature_variance[f][j]);
     }
     return {distance, variance};
+}
+
+// Exponent of the weights of corrected and robust mode.
+double FeatureExponent(const Frame& frame, std::size_t i, std::size_t j) {
+    constexpr double kSigma[3] = {0.8, 0.25, 0.6};
+    const auto groups = Groups(frame);
+    double e = 0;
+    for (std::size_t g = 0; g < 3; ++g) {
+        const auto [distance, variance] = Compare(frame, groups[g], i, j);
+        e += distance / (std::max(variance, 1e-2) * 2 * Square(kSigma[g]));
+    }
+    return e;
 }
 
 // Calls fn(j, dx, dy) for the window of pixel i, clipped.
@@ -76,9 +89,33 @@ ReferenceResult EmptyResult(const Frame& frame) {
 
 }  // namespace
 
-ReferenceResult ReferenceCorrected(const Frame& frame, double sigma_s) {
-    constexpr double kSigma[3] = {0.8, 0.25, 0.6};
-    const auto groups = Groups(frame);
+ReferenceResult ReferenceRobust(const Frame& frame, double sigma_s, bool ranged) {
+    const std::size_t pixels = frame.pixel_count();
+    // Colours and their variances after the window of sigma 1.
+    std::vector<double> guide[3], noise[3];
+    for (int c = 0; c < 3; ++c) {
+        guide[c].resize(pixels);
+        noise[c].resize(pixels);
+    }
+    for (int y = 0, p = 0; y < frame.height; ++y) {
+        for (int x = 0; x < frame.width; ++x, ++p) {
+            const auto i = static_cast<std::size_t>(p);
+            double weights = 0;
+            ForWindow(frame, x, y, 2, [&](std::size_t j, int dx, int dy) {
+                const double w =
+                    std::exp(-0.5 * (dx * dx + dy * dy) - FeatureExponent(frame, i, j));
+                weights += w;
+                for (int c = 0; c < 3; ++c) {
+                    guide[c][i] += w * frame.color[c][j];
+                    noise[c][i] += w * w * frame.variance[c][j];
+                }
+            });
+            for (int c = 0; c < 3; ++c) {
+                guide[c][i] /= weights;
+                noise[c][i] /= weights * weights;
+            }
+        }
+    }
     const int radius = std::min(16, static_cast<int>(std::lround(2 * sigma_s)));
     ReferenceResult result = EmptyResult(frame);
     for (int y = 0, p = 0; y < frame.height; ++y) {
@@ -86,12 +123,43 @@ ReferenceResult ReferenceCorrected(const Frame& frame, double sigma_s) {
             const auto i = static_cast<std::size_t>(p);
             double weights = 0, sum[3] = {};
             ForWindow(frame, x, y, radius, [&](std::size_t j, int dx, int dy) {
-                double e = (dx * dx + dy * dy) / (2 * sigma_s * sigma_s);
-                for (int g = 0; g < 3; ++g) {
-                    const auto [distance, variance] =
-                        Compare(frame, groups[static_cast<std::size_t>(g)], i, j);
-                    e += distance / (std::max(variance, 1e-2) * 2 * Square(kSigma[g]));
+                const bool far = std::max(std::abs(dx), std::abs(dy)) > 11;
+                if (far && (dx + dy) % 2 != 0) {
+                    return;
                 }
+                double range = 0;
+                for (int c = 0; c < 3; ++c) {
+                    const double vi = noise[c][i], vj = noise[c][j];
+                    range += (Square(guide[c][j] - guide[c][i]) - vi - std::min(vi, vj)) /
+                             (3 * (2 * 1.5 * (vi + vj) + 1e-10));
+                }
+                const double w =
+                    (far ? 2 : 1) *
+                    std::exp(-(dx * dx + dy * dy) / (2 * sigma_s * sigma_s) -
+                             FeatureExponent(frame, i, j) - (ranged ? std::max(range, 0.0) : 0.0));
+                weights += w;
+                for (int c = 0; c < 3; ++c) {
+                    sum[c] += w * frame.color[c][j];
+                }
+            });
+            for (int c = 0; c < 3; ++c) {
+                result.color[c][i] = static_cast<float>(sum[c] / weights);
+            }
+        }
+    }
+    return result;
+}
+
+ReferenceResult ReferenceCorrected(const Frame& frame, double sigma_s) {
+    const int radius = std::min(16, static_cast<int>(std::lround(2 * sigma_s)));
+    ReferenceResult result = EmptyResult(frame);
+    for (int y = 0, p = 0; y < frame.height; ++y) {
+        for (int x = 0; x < frame.width; ++x, ++p) {
+            const auto i = static_cast<std::size_t>(p);
+            double weights = 0, sum[3] = {};
+            ForWindow(frame, x, y, radius, [&](std::size_t j, int dx, int dy) {
+                const double e =
+                    (dx * dx + dy * dy) / (2 * sigma_s * sigma_s) + FeatureExponent(frame, i, j);
                 weights += std::exp(-e);
                 for (int c = 0; c < 3; ++c) {
                     sum[c] += std::exp(-e) * frame.color[c][j];

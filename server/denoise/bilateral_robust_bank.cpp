@@ -1,0 +1,178 @@
+#include "server/denoise/bilateral_robust_bank.h"
+
+#include <algorithm>
+
+#include "server/denoise/planes.h"
+
+namespace relume::denoise {
+namespace {
+
+constexpr float kImportanceFloor = 0.01f;  // that of RelMSE
+
+// Of the guide: three of them are multiplied.
+constexpr float kLargestNoise = 1e10f;
+
+// Beyond the second widest window every other pixel counts for two: a quarter fewer pairs, and the
+// same error within half a per cent (mean of twelve scenes).
+BankTables MakeRobustTables() {
+    BankTables tables = MakeBankTables();
+    for (int y = 0; y <= kBankRadius; ++y) {
+        for (int x = 0; x <= kBankRadius; ++x) {
+            if (std::max(x, y) > tables.radius[kCandidates - 2]) {
+                tables.spatial[kCandidates - 1][y][x] *= (x + y) % 2 == 0 ? 2.0f : 0.0f;
+            }
+        }
+    }
+    return tables;
+}
+
+template <typename Fn>
+void ForEachPlane(RobustCandidate* candidate, const Fn& fn) {
+    for (std::size_t c = 0; c < 3; ++c) {
+        fn(candidate->filtered[c]);
+        fn(candidate->own[c]);
+    }
+    fn(candidate->sure);
+}
+
+}  // namespace
+
+RobustBank::RobustBank(const Frame& frame, const BilateralKernels& kernels,
+                       const CancelToken& cancel)
+    : frame_(frame),
+      kernels_(kernels),
+      guides_(MakeBankGuides(frame)),
+      tables_(MakeRobustTables()) {
+    MakeGuide(cancel);
+}
+
+void RobustBank::MakeGuide(const CancelToken& cancel) {
+    share_.resize(frame_.pixel_count());
+    for (std::size_t c = 0; c < 3; ++c) {
+        guide_[c].resize(frame_.pixel_count());
+        noise_[c].resize(frame_.pixel_count());
+        importance_[c].resize(frame_.pixel_count());
+    }
+    ForEachTile(
+        frame_, kGuidePlanes, tables_.radius[0], cancel,
+        [&](const TileArea& tile, TilePlanes& scratch) {
+            LoadTile(tile, &scratch);
+            for (int c = 0; c < 3; ++c) {
+                scratch.Load(kBankNoise + c, frame_.variance[c], frame_.width, frame_.height,
+                             tile.x0, tile.y0, 0);
+            }
+            std::vector<float> sums(static_cast<std::size_t>(kGuideSums * kTileArea));
+            kernels_.guide(scratch.planes(), scratch.stride(), tables_, tile.height, sums.data());
+            for (int y = 0; y < tile.height; ++y) {
+                for (int x = 0; x < tile.width; ++x) {
+                    const auto i =
+                        static_cast<std::size_t>(tile.y0 + y) * frame_.width + tile.x0 + x;
+                    const float* at = sums.data() + y * kTileWidth + x;
+                    const float inverse = 1 / at[0];
+                    share_[i] = inverse;
+                    for (std::size_t c = 0; c < 3; ++c) {
+                        guide_[c][i] = at[(1 + c) * kTileArea] * inverse;
+                        noise_[c][i] =
+                            std::min(at[(4 + c) * kTileArea] * inverse * inverse, kLargestNoise);
+                    }
+                }
+            }
+        });
+}
+
+void RobustBank::LoadTile(const TileArea& tile, TilePlanes* scratch) const {
+    const auto load = [&](int index, const Plane& plane, float outside = 0) {
+        scratch->Load(index, plane, frame_.width, frame_.height, tile.x0, tile.y0, outside);
+    };
+    for (int c = 0; c < 3; ++c) {
+        load(kBankColor + c, frame_.color[c]);
+        load(kBankSpread + c, guides_.variance[c]);
+    }
+    for (int f = 0; f < 7; ++f) {
+        load(kBankNormal + f, guides_.feature[f], f == 6 ? kOutside : 0);
+    }
+}
+
+void RobustBank::Drop(int row) {
+    const auto count = static_cast<std::ptrdiff_t>(row - begin_) * frame_.width;
+    for (RobustCandidate& candidate : candidates_) {
+        ForEachPlane(&candidate, [&](Plane& p) { p.erase(p.begin(), p.begin() + count); });
+    }
+    begin_ = row;
+}
+
+void RobustBank::Extend(int until, const CancelToken& cancel) {
+    const RowRange rows{end_, until};
+    end_ = until;
+    const auto pixels = static_cast<std::size_t>(end_ - begin_) * frame_.width;
+    for (RobustCandidate& candidate : candidates_) {
+        ForEachPlane(&candidate, [&](Plane& p) { p.resize(pixels); });
+    }
+    ForEachTile(
+        frame_, rows, kRobustPlanes, kBankRadius, cancel,
+        [&](const TileArea& tile, TilePlanes& scratch) {
+            LoadTile(tile, &scratch);
+            const auto load = [&](int index, const Plane& plane) {
+                scratch.Load(index, plane, frame_.width, frame_.height, tile.x0, tile.y0, 0);
+            };
+            for (int c = 0; c < 3; ++c) {
+                load(kRobustGuide + c, guide_[static_cast<std::size_t>(c)]);
+                load(kRobustNoise + c, noise_[static_cast<std::size_t>(c)]);
+            }
+            load(kRobustShare, share_);
+            std::vector<float> sums(
+                static_cast<std::size_t>(kRobustSums * kCandidates * kTileArea));
+            kernels_.robust(scratch.planes(), scratch.stride(), tables_, tile.height, sums.data());
+            FinishTile(tile, sums.data());
+        });
+}
+
+// With W the sum of weights, 1 for the pixel itself: F = y + sum(w u)/W, and by the quotient rule
+// dF/dy = (1 + sum over j of dw_j/dy (y_j - F))/W, where y_j - F = u + (y - F) and
+// dw_j/dy = 2/3 w_j r g times the share of y in guide_i less that in guide_j.
+void RobustBank::FinishTile(const TileArea& tile, const float* sums) {
+    const float* widest = sums + kRobustSums * (kCandidates - 1) * kTileArea;
+    for (int y = 0; y < tile.height; ++y) {
+        for (int x = 0; x < tile.width; ++x) {
+            const auto i = static_cast<std::size_t>(tile.y0 + y) * frame_.width + tile.x0 + x;
+            const float* at = widest + y * kTileWidth + x;
+            for (std::size_t c = 0; c < 3; ++c) {
+                const float value =
+                    frame_.color[c][i] + at[(kRobustDelta + c) * kTileArea] / (1 + at[0]);
+                importance_[c][i] = 1 / (3 * (value * value + kImportanceFloor));
+            }
+        }
+    }
+    for (int k = 0; k < kRobustCandidates; ++k) {
+        RobustCandidate& to = candidates_[static_cast<std::size_t>(k)];
+        const bool ranged = k >= kCandidates;
+        const float* from = sums + kRobustSums * (k % kCandidates) * kTileArea;
+        const float* weight = from + (ranged ? kRangeWeight : kRobustWeight) * kTileArea;
+        const float* slope = from + kRangeSlope * kTileArea;
+        const float* curve = from + kRangeCurve * kTileArea;
+        for (int y = 0; y < tile.height; ++y) {
+            for (int x = 0; x < tile.width; ++x) {
+                const auto i = static_cast<std::size_t>(tile.y0 + y) * frame_.width + tile.x0 + x;
+                const auto o = i - static_cast<std::size_t>(begin_) * frame_.width;
+                const int at = y * kTileWidth + x;
+                const float inverse = 1 / (1 + weight[at]);
+                float error = 0;
+                for (std::size_t c = 0; c < 3; ++c) {
+                    const std::size_t channel = c * kTileArea + static_cast<std::size_t>(at);
+                    const float change = weight[kTileArea + channel] * inverse;
+                    const float own =
+                        ranged ? inverse * (1 + (2.0f / 3.0f) * share_[i] *
+                                                    (curve[channel] - change * slope[channel]))
+                               : inverse;
+                    to.filtered[c][o] = frame_.color[c][i] + change;
+                    to.own[c][o] = own;
+                    error += importance_[c][i] *
+                             (change * change + frame_.variance[c][i] * (2 * own - 1));
+                }
+                to.sure[o] = error;
+            }
+        }
+    }
+}
+
+}  // namespace relume::denoise
