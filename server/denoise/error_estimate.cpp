@@ -16,7 +16,7 @@ namespace {
 using Rgb = std::array<Plane, 3>;
 
 // Standard deviation of what all pixels share, over the estimate: measured by bench/sampling.
-constexpr double kNoisyBias = 0.06, kFilteredBias = 0.15;
+constexpr double kNoisyBias = 0.1, kFilteredBias = 0.15;
 
 // Variance of the mean a pixel and channel. That of the halves, where they are there: for one
 // sample that is far out it is what that adds to the squared error, so that the two cancel.
@@ -71,14 +71,15 @@ ErrorEstimate EstimateNoisy(const Frame& frame) {
 
 std::optional<ErrorEstimate> EstimateFiltered(const Denoiser& denoiser, const Frame& frame,
                                               const Result& result, const CancelToken& cancel) {
-    if (!result.derivative) {
-        return frame.has_halves() && !denoiser.GetNeeds().halves
-                   ? std::optional(
-                         Summarise(frame, HalvesError(frame, FilterHalves(denoiser, frame, cancel)),
-                                   kFilteredBias))
-                   : std::nullopt;
+    const Rgb noise = NoiseOf(frame);
+    if (frame.has_halves() && !denoiser.GetNeeds().halves) {
+        const FilteredHalves halves = FilterHalves(denoiser, frame, cancel);
+        return Summarise(frame, HalvesError(frame, halves, noise), kFilteredBias);
     }
-    Rgb squared = NoiseOf(frame);
+    if (!result.derivative) {
+        return std::nullopt;
+    }
+    Rgb squared = noise;
     for (std::size_t c = 0; c < 3; ++c) {
         for (std::size_t i = 0; i < squared[c].size(); ++i) {
             const float residual = result.color[c][i] - frame.color[c][i];

@@ -20,9 +20,9 @@ struct ErrorEstimate {
 // Of the unfiltered image, from its variance.
 ErrorEstimate EstimateNoisy(const Frame& frame);
 
-// Of the filtered one: by SURE where the method knows its derivative (Stein 1981; methods 1.5),
-// else by its halves (methods 2.8, step 3), which tell the error of their mean. Nothing if the
-// frame has no halves either.
+// Of the filtered one: by its halves, each filtered apart (halves.h); of a frame without halves by
+// SURE (Stein 1981; methods 1.5), if the method knows its derivative: that is too low where the
+// method chooses by SURE itself. Else nothing.
 std::optional<ErrorEstimate> EstimateFiltered(const Denoiser& denoiser, const Frame& frame,
                                               const Result& result, const CancelToken& cancel);
 

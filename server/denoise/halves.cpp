@@ -7,6 +7,7 @@ namespace relume::denoise {
 namespace {
 
 constexpr float kEpsilon = 1e-3f;
+constexpr float kBiasFalls = 0.63f;  // 2^(-2/3)
 
 }  // namespace
 
@@ -119,7 +120,8 @@ Plane Disagreement(const FilteredHalves& halves) {
     return out;
 }
 
-std::array<Plane, 3> HalvesError(const Frame& frame, const FilteredHalves& halves) {
+std::array<Plane, 3> HalvesError(const Frame& frame, const FilteredHalves& halves,
+                                 const std::array<Plane, 3>& noise) {
     std::array<Plane, 3> error;
     for (std::size_t c = 0; c < 3; ++c) {
         error[c].resize(frame.pixel_count());
@@ -127,8 +129,9 @@ std::array<Plane, 3> HalvesError(const Frame& frame, const FilteredHalves& halve
             const float fa = halves.color[0][c][i], fb = halves.color[1][c][i];
             const float to_b = frame.half[1][c][i] - fa, to_a = frame.half[0][c][i] - fb;
             // A half has twice the variance of the whole.
-            error[c][i] = 0.5f * (to_b * to_b + to_a * to_a) - 2 * frame.variance[c][i] -
-                          0.25f * (fa - fb) * (fa - fb);
+            const float mean = 0.5f * (to_b * to_b + to_a * to_a) - 2 * noise[c][i];
+            const float variance = 0.5f * (fa - fb) * (fa - fb);
+            error[c][i] = 0.5f * variance + kBiasFalls * (mean - variance);
         }
     }
     return error;

@@ -28,9 +28,15 @@ FilteredHalves FilterHalves(const Denoiser& denoiser, const Frame& frame,
 // mean. Row-major.
 Plane Disagreement(const FilteredHalves& halves);
 
-// Unbiased estimate of the squared error of (F_a + F_b) / 2 a pixel and channel (methods 2.8, step
-// 3; Bitterli et al. 2016): ((B - F_a)^2 - v_b + (A - F_b)^2 - v_a) / 2 - (F_a - F_b)^2 / 4. Mostly
-// noise in one pixel.
-std::array<Plane, 3> HalvesError(const Frame& frame, const FilteredHalves& halves);
+// Estimated squared error a pixel and channel of the filter on the whole frame; `noise`: variance
+// of the frame's mean. Mostly noise in one pixel, sound in a mean over many.
+//
+// Each filtered half is judged by the other one, which had no part in what the filter chose for it:
+// E_a = (B - F_a)^2 - v_b, E_b likewise (methods 2.8, step 3; Bitterli et al. 2016). Half of
+// (F_a - F_b)^2 of their mean is variance, the rest squared bias. With twice the samples the
+// variance halves, and the squared bias falls by 2^(-2/3): so it does for the best kernels of two
+// dimensions (Stone 1982), which narrow as samples come in.
+std::array<Plane, 3> HalvesError(const Frame& frame, const FilteredHalves& halves,
+                                 const std::array<Plane, 3>& noise);
 
 }  // namespace relume::denoise
