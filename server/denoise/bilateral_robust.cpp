@@ -77,8 +77,8 @@ Chosen Choose(const Frame& frame, const BilateralKernels& kernels, const CancelT
     return chosen;
 }
 
-// How much of the filtered image to take, 0 to 1, from (7) of methods 3.7: the a that makes the
-// surroundings' SURE of y + a (F - y) least.
+// How much of the filtered image to take, 0 to 1: the a that makes the surroundings' SURE of y + a
+// (F - y) least (methods 3.7).
 Plane FilteredShare(const Frame& frame, const Chosen& chosen) {
     Plane noise(frame.pixel_count()), change(frame.pixel_count());
     for (std::size_t i = 0; i < noise.size(); ++i) {
