@@ -222,6 +222,42 @@ TEST(BudgetedPlanner, WhatIsRenderedWhileThePlanIsMadeCounts) {
     EXPECT_EQ(pass.finish_seconds, 1);
 }
 
+// Takes 3 s for each pass.
+class Slow final : public Planner {
+  public:
+    explicit Slow(double* now) : now_(now) {}
+    std::string Describe() const override { return "slow"; }
+    FilmView View() const override { return FilmView::kLagging; }
+    Plan NextPass(const PlanInput& input) override {
+        *now_ += 3;
+        return {std::vector<std::uint32_t>(
+                    input.film.pixel_count(),
+                    static_cast<std::uint32_t>(input.budget / input.film.pixel_count())),
+                "",
+                {},
+                {}};
+    }
+
+  private:
+    double* now_;
+};
+
+TEST(BudgetedPlanner, TheTimeThatPlansTakeIsLeftFree) {
+    Film film({0, 0, 20, 10}, 20, 10);
+    Budgets budgets;
+    budgets.seconds = 10;
+    double now = 1;
+    BudgetedPlanner planner(std::make_shared<Slow>(&now), budgets, {});
+    const std::vector<std::uint32_t> planned(film.pixel_count(), 20);
+    const auto pass = [&] {
+        return planner.NextPass({film, planned, nullptr, 4000, 1000, [&] { return now; }});
+    };
+    // Not known at first: 60 % of 8.8 s. Then 5.8 s less 3 are left.
+    EXPECT_NEAR(pass().plan.counts[0], 26, 1);
+    EXPECT_NEAR(pass().plan.counts[0], 8, 1);
+    EXPECT_EQ(pass().stop->reason, StopReason::kTimeLimit);
+}
+
 TEST(BudgetedPlanner, TimeIsMeasuredByAPairAPixelFirst) {
     Budgets budgets;
     budgets.seconds = 2;
