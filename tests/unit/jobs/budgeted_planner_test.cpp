@@ -107,7 +107,7 @@ TEST(BudgetedPlanner, NoPixelGetsMoreThanTheMost) {
         EXPECT_EQ(*std::max_element(job.planned().begin(), job.planned().end()), 21u);
     }
     budgets.max_spp = 1;  // less than the first pass
-    BudgetedJob one("adaptive", budgets);
+    BudgetedJob one("uniform", budgets);
     EXPECT_EQ(one.Run().reason, StopReason::kMaxSpp);
     EXPECT_THAT(one.planned(), Each(1u));
 }
