@@ -32,7 +32,8 @@ constexpr double kShortestSeconds = 0.05;  // nor is this
 
 Stop TimeStop(const Budgets& budgets, const BudgetState& state) {
     const double spp = static_cast<double>(state.planned) / static_cast<double>(state.pixels);
-    const bool late = state.seconds + state.finish_seconds > *budgets.seconds;
+    const bool late = state.planned <= kProbeSpp * state.pixels &&
+                      state.seconds + state.finish_seconds > *budgets.seconds;
     return {StopReason::kTimeLimit,
             late ? fmt::format("time limit passed with {:.3g} samples a pixel; it is too short for "
                                "this image",
@@ -88,10 +89,11 @@ Allowance AllowedByTime(const Budgets& budgets, const BudgetState& state) {
     }
     const double margin = std::clamp(kMarginShare * *budgets.seconds, kMinMargin, kMaxMargin);
     const auto planned = static_cast<double>(state.planned);
-    const double backlog = planned - static_cast<double>(state.done);
-    const double fits = state.samples_per_second *
-                            (*budgets.seconds - state.seconds - state.finish_seconds - margin) -
-                        backlog;
+    // What is planned is rendered while the plan is made; the pass begins when both are done.
+    const double backlog = (planned - static_cast<double>(state.done)) / state.samples_per_second;
+    const double begin = state.seconds + std::max(backlog, state.plan_seconds);
+    const double fits =
+        state.samples_per_second * (*budgets.seconds - begin - state.finish_seconds - margin);
     if (!(fits >= std::max(kSmallest * planned, kShortestSeconds * state.samples_per_second))) {
         return {0, TimeStop(budgets, state)};
     }

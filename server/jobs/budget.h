@@ -46,6 +46,7 @@ struct BudgetState {
     std::uint64_t done = 0;              // of these, rendered
     double samples_per_second = 0;       // of the whole farm; 0: not measured yet
     double seconds = 0;                  // since the job was made
+    double plan_seconds = 0;             // expected until the pass can begin
     double finish_seconds = 0;           // predicted, from the last sample to the result
     std::span<const ErrorPoint> errors;  // estimated; the last one is of all that is planned
     bool filtered = false;

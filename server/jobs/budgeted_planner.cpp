@@ -84,6 +84,12 @@ BudgetedPlanner::Pass BudgetedPlanner::NextPass(const Input& input) {
             finish_seconds_ = estimators_.finish_seconds(input.film);
         }
         state.finish_seconds = pass.finish_seconds = finish_seconds_.value_or(0);
+        // A guide runs the filter, too: before it was measured it is taken to need as long as the
+        // finish.
+        state.plan_seconds =
+            !rest_.empty()
+                ? 0
+                : plan_seconds_.value_or(input.guide != nullptr ? state.finish_seconds : 0);
         catch_up();
         // What needs no estimate of the error first: that may cost a filter's run.
         for (const auto& allowed :
@@ -109,7 +115,11 @@ BudgetedPlanner::Pass BudgetedPlanner::NextPass(const Input& input) {
         pass.stop = allowed.stop;
         return pass;
     }
+    const bool own = rest_.empty() && state.planned > 0;
     pass.plan = WithinAllowance(input, allowed.samples, state.planned);
+    if (own) {
+        plan_seconds_ = input.seconds() - state.seconds;
+    }
     if (pass.plan.counts.empty()) {
         const bool spent = pass.plan.reason == kBudgetSpent;
         pass.stop = Stop{spent ? StopReason::kSamples : StopReason::kSampler, pass.plan.reason};

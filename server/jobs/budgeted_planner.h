@@ -70,7 +70,8 @@ class BudgetedPlanner {
     Estimators estimators_;
     std::vector<ErrorPoint> errors_;
     std::optional<double> finish_seconds_;
-    std::vector<std::uint32_t> rest_;  // of the first pass
+    std::optional<double> plan_seconds_;  // of the planner's last pass but the first
+    std::vector<std::uint32_t> rest_;     // of the first pass
 };
 
 }  // namespace relume::jobs

@@ -316,7 +316,7 @@ void Job::Expect(TimePoint now) {
     input.speed = speed_.Get();
     input.finish_seconds = info_.finish_seconds_predicted;
     input.errors = errors_;
-    input.filtered = static_cast<bool>(setup_.estimators.error);
+    input.filtered = setup_.estimators.filtered;
     info_.eta = EstimateEta(input);
     if (input.speed.mean > 0 && !errors_.empty()) {
         info_.forecast = Forecast(input);

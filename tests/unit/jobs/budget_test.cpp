@@ -54,6 +54,7 @@ struct TimeCase {
     double limit, seconds, finish, speed;  // speed in samples a second
     std::uint64_t planned, done;
     std::uint64_t low, high;  // of what is allowed; 0: it stops
+    double plan = 0;          // seconds
 };
 
 TEST(Budget, TimeAllowsWhatFitsBeforeTheFinish) {
@@ -62,6 +63,9 @@ TEST(Budget, TimeAllowsWhatFitsBeforeTheFinish) {
              {10, 1, 1, 1000, 2000, 2000, 4660, 4700},
              // What is planned and not yet rendered comes first.
              {10, 1, 1, 1000, 5000, 2000, 2860, 2900},
+             // The plan is made meanwhile, or takes longer.
+             {10, 1, 1, 1000, 5000, 2000, 2860, 2900, 3},
+             {10, 1, 1, 1000, 5000, 2000, 1660, 1700, 5},
              // Little fits: all of it.
              {10, 8.5, 1, 1000, 9000, 9000, 290, 310},
              // Too little fits.
@@ -77,6 +81,7 @@ TEST(Budget, TimeAllowsWhatFitsBeforeTheFinish) {
         BudgetState state = State(c.planned, c.done);
         state.seconds = c.seconds;
         state.finish_seconds = c.finish;
+        state.plan_seconds = c.plan;
         state.samples_per_second = c.speed;
         const auto allowed = NextAllowance(budgets, state);
         EXPECT_GE(allowed.samples, c.low) << c.seconds;

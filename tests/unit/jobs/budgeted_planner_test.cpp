@@ -107,7 +107,7 @@ TEST(BudgetedPlanner, NoPixelGetsMoreThanTheMost) {
         EXPECT_EQ(*std::max_element(job.planned().begin(), job.planned().end()), 21u);
     }
     budgets.max_spp = 1;  // less than the first pass
-    BudgetedJob one("adaptive", budgets);
+    BudgetedJob one("uniform", budgets);
     EXPECT_EQ(one.Run().reason, StopReason::kMaxSpp);
     EXPECT_THAT(one.planned(), Each(1u));
 }
@@ -220,6 +220,42 @@ TEST(BudgetedPlanner, WhatIsRenderedWhileThePlanIsMadeCounts) {
     // 10 s less 3, less 1 for the finish, less 0.2; 1000 more samples to come: 60 % of 4800.
     EXPECT_EQ(std::accumulate(pass.plan.counts.begin(), pass.plan.counts.end(), 0u), 2880u);
     EXPECT_EQ(pass.finish_seconds, 1);
+}
+
+// Takes 3 s for each pass.
+class Slow final : public Planner {
+  public:
+    explicit Slow(double* now) : now_(now) {}
+    std::string Describe() const override { return "slow"; }
+    FilmView View() const override { return FilmView::kLagging; }
+    Plan NextPass(const PlanInput& input) override {
+        *now_ += 3;
+        return {std::vector<std::uint32_t>(
+                    input.film.pixel_count(),
+                    static_cast<std::uint32_t>(input.budget / input.film.pixel_count())),
+                "",
+                {},
+                {}};
+    }
+
+  private:
+    double* now_;
+};
+
+TEST(BudgetedPlanner, TheTimeThatPlansTakeIsLeftFree) {
+    Film film({0, 0, 20, 10}, 20, 10);
+    Budgets budgets;
+    budgets.seconds = 10;
+    double now = 1;
+    BudgetedPlanner planner(std::make_shared<Slow>(&now), budgets, {});
+    const std::vector<std::uint32_t> planned(film.pixel_count(), 20);
+    const auto pass = [&] {
+        return planner.NextPass({film, planned, nullptr, 4000, 1000, [&] { return now; }});
+    };
+    // Not known at first: 60 % of 8.8 s. Then 5.8 s less 3 are left.
+    EXPECT_NEAR(pass().plan.counts[0], 26, 1);
+    EXPECT_NEAR(pass().plan.counts[0], 8, 1);
+    EXPECT_EQ(pass().stop->reason, StopReason::kTimeLimit);
 }
 
 TEST(BudgetedPlanner, TimeIsMeasuredByAPairAPixelFirst) {
