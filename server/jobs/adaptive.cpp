@@ -7,7 +7,8 @@
 // After the pilot each pass doubles what the image has, or spends what is left of the budget. Its
 // samples go where one sample's deviation, relative to the brightness, is large (noise_rule.h), or
 // where the filter makes different images of the two halves (guide_rule.h): in the end a pixel's
-// count is in proportion to that. No pixel gets more than three times what it has in a pass, so
+// count is in proportion to that. The selector is the square of that over the count: the relative
+// squared error that is left. No pixel gets more than three times what it has in a pass, so
 // that one firefly draws little, and none is ever done: one that has seen nothing stays in question
 // as long as there is light about.
 #include <fmt/format.h>
@@ -61,9 +62,17 @@ class Adaptive final : public Planner {
             deviation = GuidedDeviation(film, (*input.guide)(film), deviation);
         }
         plan.counts = ShareByDeviation(planned, deviation, pass, pass_);
+        plan.selector.resize(planned.size());
+        plan.decisions.resize(planned.size());
+        for (std::size_t i = 0; i < planned.size(); ++i) {
+            plan.selector[i] =
+                deviation[i] * deviation[i] / static_cast<float>(std::max(1u, planned[i]));
+            plan.decisions[i] = plan.counts[i] > 0 ? Decision::kSampled : Decision::kConverged;
+        }
         if (std::all_of(plan.counts.begin(), plan.counts.end(),
                         [](std::uint32_t c) { return c == 0; })) {
-            return {{}, "no pixel has any noise", {}, {}};
+            plan.counts.clear();
+            plan.reason = "no pixel has any noise";
         }
         return plan;
     }

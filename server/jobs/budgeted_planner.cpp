@@ -157,8 +157,7 @@ Plan BudgetedPlanner::WithinAllowance(const Input& input, std::uint64_t allowed,
         allowed =
             budgets_.samples.value_or(std::uint64_t{kMaxPixelSamples} * input.film.pixel_count());
     }
-    Plan plan = planner_->NextPass(
-        {input.film, allowed, input.planned, input.guide, budgets_.target, PixelCap(budgets_)});
+    Plan plan = planner_->NextPass({input.film, allowed, input.planned, input.guide});
     if (plan.counts.empty()) {
         return plan;
     }

@@ -28,14 +28,15 @@ std::vector<float> GuidedDeviation(const Film& film, const std::vector<float>& d
     const std::vector<float> differ = BoxMean(disagreement, film.width(), film.height());
     const std::vector<float> samples = BoxMean(counts, film.width(), film.height());
     std::vector<float> guided(film.pixel_count());
+    // A quarter of the squared difference of two halves is the variance of their mean.
     for (std::size_t i = 0; i < guided.size(); ++i) {
-        guided[i] = std::sqrt(differ[i] * samples[i]);
+        guided[i] = std::sqrt(0.25f * differ[i] * samples[i]);
     }
     const double guided_sum = Sum(guided), noise_sum = Sum(noise);
     if (!(guided_sum > 0) || !(noise_sum > 0)) {
         return noise;
     }
-    const double from_guide = (1 - kNoiseShare) / guided_sum, from_noise = kNoiseShare / noise_sum;
+    const double from_guide = 1 - kNoiseShare, from_noise = kNoiseShare * guided_sum / noise_sum;
     for (std::size_t i = 0; i < guided.size(); ++i) {
         guided[i] = static_cast<float>(from_guide * guided[i] + from_noise * noise[i]);
     }

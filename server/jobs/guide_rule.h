@@ -7,7 +7,8 @@
 namespace relume::jobs {
 
 // What counts of samples should be in proportion to when a filter follows (methods 5.5), row-major
-// over the window. `disagreement` is the Guide's of this film, `noise` its RelativeDeviation.
+// over the window: its square over a pixel's count is about the filtered pixel's relative variance.
+// `disagreement` is the Guide's of this film, `noise` its RelativeDeviation.
 //
 // Where the two filtered halves differ is where samples change the filtered image. Differences of
 // single pixels say little: they are averaged over 21x21 pixels, and scaled by the samples that

@@ -2,9 +2,7 @@
 
 #include <cstdint>
 #include <functional>
-#include <limits>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -42,11 +40,6 @@ struct PlanInput {
     // the film.
     std::span<const std::uint32_t> planned = {};
     const Guide* guide = nullptr;  // null: the image is not filtered
-    // Of the image that is returned, as relative squared error: a pixel whose own is expected to be
-    // below needs no more samples. Unset: all samples of the budget are to be spent.
-    std::optional<double> target = std::nullopt;
-    // No pixel gets more than so many, the planned ones included; what is planned beyond is cut.
-    std::uint32_t max_spp = std::numeric_limits<std::uint32_t>::max();
 };
 
 // Samples of each pixel that are planned so far.
