@@ -62,7 +62,7 @@ std::string DescribeJob(const v1::Job& job) {
                             error.low(), error.high());
     } else if (const auto error = EstimatedError(job)) {
         text += fmt::format(", estimated RelMSE {:.3g}{}", *error,
-                            job.has_image_relmse() ? "" : " before the filter");
+                            job.spec().has_target() ? "" : " before the filter");
     }
     if (!job.message().empty()) {
         text += " (" + job.message() + ")";

@@ -81,7 +81,8 @@ std::optional<double> RateEstimate::PerSecond() const {
 }
 
 std::optional<double> EstimatedError(const v1::Job& job) {
-    if (job.has_image_relmse()) {
+    // Without a target it is estimated once, and soon out of date.
+    if (job.has_image_relmse() && job.spec().has_target()) {
         return job.image_relmse();
     }
     return job.relmse() > 0 ? std::optional(job.relmse()) : std::nullopt;

@@ -32,7 +32,8 @@ class RateEstimate {
     std::deque<Point> points_;
 };
 
-// Estimated RelMSE of the image that the job would return now; nothing before the first estimate.
+// Newest estimate of the RelMSE: with a target of the image that the job would return, else of the
+// unfiltered one; nothing before the first.
 std::optional<double> EstimatedError(const v1::Job& job);
 
 // "12 s left (10-15)", or "" if the server can't tell. A sampler may stop before.

@@ -16,7 +16,7 @@ namespace {
 using Rgb = std::array<Plane, 3>;
 
 // Standard deviation of what all pixels share, over the estimate: measured by bench/sampling.
-constexpr double kNoisyBias = 0.1, kFilteredBias = 0.15;
+constexpr double kNoisyBias = 0.13, kFilteredBias = 0.15;
 
 // Variance of the mean a pixel and channel. That of the halves, where they are there: for one
 // sample that is far out it is what that adds to the squared error, so that the two cancel.

@@ -100,8 +100,8 @@ BudgetedPlanner::Pass BudgetedPlanner::NextPass(const Input& input) {
             }
         }
         // A part of the first pass is too little to be judged. Without a target one estimate does,
-        // for the forecast: each may cost a filter's run.
-        const bool wanted = budgets_.target || !estimators_.filtered || errors_.empty();
+        // for the forecast: each costs time, if there is a filter its run.
+        const bool wanted = budgets_.target || !estimators_.error || errors_.empty();
         if (wanted && rest_.empty() && View() != FilmView::kNothing) {
             errors_.push_back({state.planned, ErrorWhenAllIsIn(input)});
             pass.error = errors_.back();

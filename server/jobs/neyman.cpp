@@ -27,7 +27,7 @@ std::vector<std::uint32_t> ShareByDeviation(std::span<const std::uint32_t> plann
     while (total(high) < target && high < 1e30) {
         high *= 2;
     }
-    for (int step = 0; step < 60; ++step) {
+    for (int step = 0; step < 40; ++step) {
         const double middle = 0.5 * (low + high);
         (total(middle) < target ? low : high) = middle;
     }

@@ -105,6 +105,7 @@ TEST(FormatProgress, SaysAllThatIsKnown) {
     SetEta(5, 4, 7, &job);
     EXPECT_EQ(FormatProgress(job, 1000.0),
               "rendering: 50 %, pass 1, 1.00 k samples/s, estimated RelMSE 0.0123, 5 s left (4-7)");
+    job.mutable_spec()->set_target(0.001);
     job.set_image_relmse(0.005);  // of the filtered image
     EXPECT_EQ(FormatProgress(job, std::nullopt),
               "rendering: 50 %, pass 1, estimated RelMSE 0.005, 5 s left (4-7)");
