@@ -23,7 +23,7 @@ constexpr struct {
      "the same number of samples everywhere\n"
      "    pilot=4          samples a pixel in the first pass; even, 2 to 4096\n"},
     {"adaptive", MakeAdaptive,
-     "more samples where they change the image most; passes that double (methods of Kirk, Arvo "
+     "more samples where they change the image most; passes that double (Kirk, Arvo "
      "1991, Neyman 1934)\n"
      "    pilot=4          samples a pixel in the first pass; even, 4 to 4096\n"
      "    by=filter        filter: where the filter makes different images of the two halves, if "
