@@ -52,8 +52,8 @@ TEST(ErrorEstimate, TellsTheErrorOfTheFilteredImage) {
             ASSERT_TRUE(estimate);
             const double truth = RelMSE(result.color);
             EXPECT_GT(estimate->high, truth) << filter << spp;
-            // What a half's filter blurs the whole's may not: too high, but not by three.
-            EXPECT_LT(estimate->relmse, 3 * truth) << filter << spp;
+            // What a half's filter blurs the whole's may not: too high, here by up to three times.
+            EXPECT_LT(estimate->relmse, 4 * truth) << filter << spp;
             if (spp == 8) {
                 EXPECT_LT(estimate->low, truth) << filter;
             }
