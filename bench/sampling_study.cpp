@@ -52,8 +52,6 @@ double Since(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-Vec3f ToVec(const std::vector<float>& v) { return {v[0], v[1], v[2]}; }
-
 // Per pixel and channel.
 struct Truth {
     std::vector<Rgb> mean, floor;  // and the variance of that mean
@@ -277,17 +275,9 @@ void RunOne(const Options& options, const SampleStore& store, const Truth& truth
 
 void Run(const Options& options) {
     SetThreadCount(options.threads);
-    RenderSettings settings;
-    if (std::sscanf(options.size.c_str(), "%dx%d", &settings.width, &settings.height) != 2) {
-        ThrowInvalidArgument("--size " + options.size + ": must look like 192x144");
-    }
+    RenderSettings settings =
+        ViewSettings(options.size, options.look_from, options.look_at, options.fov);
     settings.environment_scale = options.environment_scale;
-    if (!options.look_from.empty()) {
-        settings.look.emplace();
-        settings.look->from = ToVec(options.look_from);
-        settings.look->at = ToVec(options.look_at);
-        settings.look->fov = options.fov;
-    }
     // What is stored is asked for first: the scene is loaded only if something lacks.
     std::shared_ptr<const render::BuiltScene> built;
     int depth = options.depth;

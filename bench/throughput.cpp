@@ -43,8 +43,6 @@ double Seconds(std::chrono::steady_clock::time_point since) {
 double Mega(double x) { return x / 1e6; }
 double MiB(std::size_t bytes) { return static_cast<double>(bytes) / (1 << 20); }
 
-Vec3f ToVec(const std::vector<float>& v) { return {v[0], v[1], v[2]}; }
-
 struct SceneBytes {
     std::size_t pictures = 0;  // decoded
     std::size_t geometry = 0;  // as loaded
@@ -109,27 +107,15 @@ Json Speed(const char* what, const Cost& cost, double paths, int threads, bool p
     return json;
 }
 
-void ParseSize(const std::string& text, RenderSettings* settings) {
-    if (std::sscanf(text.c_str(), "%dx%d", &settings->width, &settings->height) != 2) {
-        ThrowInvalidArgument("--size " + text + ": must look like 640x360");
-    }
-}
-
 void Run(const Options& options) {
     // As relume-worker does, so that memory is what it has there.
     mallopt(M_MMAP_THRESHOLD, 1 << 20);
     mallopt(M_TRIM_THRESHOLD, 128 << 20);
     SetThreadCount(std::max(options.threads, 4));
 
-    RenderSettings settings;
-    ParseSize(options.size, &settings);
+    RenderSettings settings =
+        ViewSettings(options.size, options.look_from, options.look_at, options.fov);
     settings.max_depth = options.depth;
-    if (!options.look_from.empty()) {
-        settings.look.emplace();
-        settings.look->from = ToVec(options.look_from);
-        settings.look->at = ToVec(options.look_at);
-        settings.look->fov = options.fov;
-    }
 
     // Load and build.
     auto start = std::chrono::steady_clock::now();

@@ -25,9 +25,9 @@ Rgb NoiseOf(const Frame& frame) {
     for (std::size_t c = 0; c < 3 && frame.has_halves(); ++c) {
         for (std::size_t i = 0; i < noise[c].size(); ++i) {
             const float n = frame.count.empty() ? 2 : frame.count[i];
-            const float half = static_cast<float>(static_cast<int>(n) / 2);
             const float delta = frame.half[0][c][i] - frame.half[1][c][i];
-            noise[c][i] = n > 1 ? delta * delta * half * (n - half) / (n * n) : noise[c][i];
+            noise[c][i] =
+                n > 1 ? delta * delta * HalfCount(n, 1) * HalfCount(n, 0) / (n * n) : noise[c][i];
         }
     }
     return noise;
@@ -69,17 +69,24 @@ ErrorEstimate EstimateNoisy(const Frame& frame) {
     return Summarise(frame, NoiseOf(frame), kNoisyBias);
 }
 
+std::optional<ErrorEstimate> EstimateByHalves(const Denoiser& denoiser, const Frame& frame,
+                                              const CancelToken& cancel) {
+    if (!frame.has_halves() || denoiser.GetNeeds().halves) {
+        return std::nullopt;
+    }
+    const FilteredHalves halves = FilterHalves(denoiser, frame, cancel);
+    return Summarise(frame, HalvesError(frame, halves, NoiseOf(frame)), kFilteredBias);
+}
+
 std::optional<ErrorEstimate> EstimateFiltered(const Denoiser& denoiser, const Frame& frame,
                                               const Result& result, const CancelToken& cancel) {
-    const Rgb noise = NoiseOf(frame);
-    if (frame.has_halves() && !denoiser.GetNeeds().halves) {
-        const FilteredHalves halves = FilterHalves(denoiser, frame, cancel);
-        return Summarise(frame, HalvesError(frame, halves, noise), kFilteredBias);
+    if (auto estimate = EstimateByHalves(denoiser, frame, cancel)) {
+        return estimate;
     }
     if (!result.derivative) {
         return std::nullopt;
     }
-    Rgb squared = noise;
+    Rgb squared = NoiseOf(frame);
     for (std::size_t c = 0; c < 3; ++c) {
         for (std::size_t i = 0; i < squared[c].size(); ++i) {
             const float residual = result.color[c][i] - frame.color[c][i];

@@ -20,9 +20,13 @@ struct ErrorEstimate {
 // Of the unfiltered image, from its variance.
 ErrorEstimate EstimateNoisy(const Frame& frame);
 
-// Of the filtered one: by its halves, each filtered apart (halves.h); of a frame without halves by
-// SURE (Stein 1981; methods 1.5), if the method knows its derivative: that is too low where the
-// method chooses by SURE itself. Else nothing.
+// Of the filtered one, without filtering the whole: by its halves, each filtered apart (halves.h).
+// Nothing if the frame has none, or the method can't do with one.
+std::optional<ErrorEstimate> EstimateByHalves(const Denoiser& denoiser, const Frame& frame,
+                                              const CancelToken& cancel);
+
+// Of the filtered one: by its halves, else by SURE (Stein 1981; methods 1.5), if the method knows
+// its derivative: that is too low where the method chooses by SURE itself. Else nothing.
 std::optional<ErrorEstimate> EstimateFiltered(const Denoiser& denoiser, const Frame& frame,
                                               const Result& result, const CancelToken& cancel);
 

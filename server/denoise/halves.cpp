@@ -21,10 +21,8 @@ Frame HalfFrame(const Frame& frame, int half) {
     out.count.resize(pixels);
     Plane scale(pixels);
     for (std::size_t i = 0; i < pixels; ++i) {
-        // Even samples are the first half: it has the odd one more.
         const float n = frame.count.empty() ? 2 : frame.count[i];
-        out.count[i] = std::max(1.0f, half == 0 ? n - static_cast<float>(static_cast<int>(n) / 2)
-                                                : static_cast<float>(static_cast<int>(n) / 2));
+        out.count[i] = std::max(1.0f, HalfCount(n, half));
         scale[i] = std::max(n, 1.0f) / out.count[i];
     }
     for (std::size_t c = 0; c < 3; ++c) {

@@ -9,6 +9,12 @@
 
 namespace relume::denoise {
 
+// Samples in half 0 or 1 of a pixel that has `n`: the even ones come first.
+inline float HalfCount(float n, int half) {
+    const auto odd = static_cast<float>(static_cast<int>(n) / 2);
+    return half == 0 ? n - odd : odd;
+}
+
 // One half of a frame as a frame of its own, without halves: its means, features and counts; the
 // variances are the whole frame's times n / n_half. `half`: 0 or 1. The frame must have halves.
 Frame HalfFrame(const Frame& frame, int half);

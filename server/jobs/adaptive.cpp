@@ -14,10 +14,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 
-#include "core/base/error.h"
 #include "core/base/param_set.h"
 #include "server/jobs/guide_rule.h"
 #include "server/jobs/neyman.h"

@@ -1,5 +1,6 @@
 #include "server/rpc/filter_loop.h"
 
+#include <memory>
 #include <vector>
 
 #include "core/base/cancel_token.h"
@@ -30,11 +31,15 @@ jobs::Guide MakeGuide(const std::string& filter) {
 }
 
 double EstimateImageError(const Film& film, const std::string& filter) {
+    const CancelToken never;
     const denoise::Frame frame = denoise::FrameFromFilm(film);
     const auto denoiser = denoise::MakeDenoiser(filter);
     if (denoiser->Describe() != "none") {
-        const denoise::Result result = denoise::RunDenoiser(*denoiser, frame, CancelToken());
-        if (const auto error = denoise::EstimateFiltered(*denoiser, frame, result, CancelToken())) {
+        if (const auto error = denoise::EstimateByHalves(*denoiser, frame, never)) {
+            return error->relmse;
+        }
+        const denoise::Result result = denoise::RunDenoiser(*denoiser, frame, never);
+        if (const auto error = denoise::EstimateFiltered(*denoiser, frame, result, never)) {
             return error->relmse;
         }
     }

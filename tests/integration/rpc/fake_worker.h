@@ -50,13 +50,17 @@ class FakeWorker {
     bool drained() const { return drained_; }
     int jobs_over() const { return jobs_over_; }
     // Waits until the server has said of so many jobs that they are over.
-    void WaitForJobsOver(int count) {
-        for (int now = jobs_over_; now < count; now = jobs_over_) {
-            jobs_over_.wait(now);
+    void WaitForJobsOver(int count) { WaitFor(&jobs_over_, count); }
+    // Waits until it was lent so many leases.
+    void WaitForLeases(int count) { WaitFor(&leases_, count); }
+
+  private:
+    static void WaitFor(const std::atomic<int>* value, int least) {
+        for (int now = *value; now < least; now = *value) {
+            value->wait(now);
         }
     }
 
-  private:
     void Run() {
         const auto stream = stub_->Work(&context_);
         v1::WorkRequest hello;
@@ -84,6 +88,7 @@ class FakeWorker {
                 stream->Write(answer);
             } else if (message.has_lease()) {
                 ++leases_;
+                leases_.notify_all();
                 if (options_.hold || !options_.problem.empty()) {
                     continue;
                 }

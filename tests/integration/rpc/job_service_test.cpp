@@ -1,8 +1,6 @@
 #include <gmock/gmock.h>
 
-#include <chrono>
 #include <cmath>
-#include <thread>
 
 #include "proto/codec/codec.h"
 #include "tests/integration/rpc/farm_fixture.h"
@@ -216,9 +214,7 @@ TEST_F(JobServiceTest, CancelEndsTheJobItsWatchesAndItsLeases) {
     v1::WatchJobResponse event;
     while (reader->Read(&event) && event.job().state() != v1::JOB_STATE_RENDERING) {
     }
-    while (worker->leases() == 0) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
+    worker->WaitForLeases(1);
     v1::Job cancelled;
     ASSERT_TRUE(Cancel(job.name(), &cancelled).ok());
     EXPECT_EQ(cancelled.state(), v1::JOB_STATE_CANCELLED);
