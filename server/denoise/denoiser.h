@@ -39,6 +39,12 @@ class Denoiser {
     virtual std::string Describe() const = 0;
     virtual Needs GetNeeds() const { return {}; }
     virtual Result Reconstruct(const Frame& frame, const CancelToken& cancel) const = 0;
+    // Where the method's own planner would put `samples` more, given those in the frame: expected
+    // counts a pixel, row-major, `samples` in all. Empty: it has none. A pure function of the
+    // frame.
+    virtual Plane PlanSamples(const Frame&, double /*samples*/, const CancelToken&) const {
+        return {};
+    }
 };
 
 // "bilateral:mode=printed,taylor=8"; an unknown name or parameter throws kInvalidArgument with the
