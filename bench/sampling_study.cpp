@@ -24,11 +24,10 @@
 #include "server/denoise/denoiser.h"
 #include "server/denoise/error_estimate.h"
 #include "server/denoise/halves.h"
-#include "server/jobs/job.h"
 #include "server/jobs/neyman.h"
-#include "server/jobs/plan_work.h"
 #include "server/jobs/planner.h"
 #include "server/rpc/filter_loop.h"
+#include "tests/support/local_farm.h"
 
 namespace relume::bench {
 namespace {
@@ -160,51 +159,6 @@ class Oracle final : public jobs::Planner {
     std::uint32_t pass_ = 0;
 };
 
-// A farm of one worker that answers from the store.
-struct Sampled {
-    std::shared_ptr<const Film> film;
-    jobs::JobInfo info;
-    std::uint64_t beyond_store = 0;
-};
-Sampled RunJob(const SampleStore& store, std::shared_ptr<jobs::Planner> planner,
-               std::uint64_t budget, const jobs::Guide& guide) {
-    jobs::JobSetup setup;
-    setup.window = store.window();
-    setup.display_width = store.window().width();
-    setup.display_height = store.window().height();
-    setup.budgets.samples = budget;
-    setup.planner = std::move(planner);
-    setup.guide = guide;
-    const TimePoint now{};
-    jobs::Job job("jobs/study", 1, std::move(setup), now);
-    job.Start(now);
-    Sampled out;
-    for (;;) {
-        if (auto work = job.TakePlanWork(now)) {
-            job.Planned(jobs::RunPlan(*work), now);
-        } else if (const auto unit = job.FindPending(0, [](std::size_t) { return true; })) {
-            job.Take(*unit);
-            const TileTask task = job.Task(*unit);
-            for (std::size_t k = 0; k < task.count.size(); ++k) {
-                const std::uint32_t end = task.first[k] + task.count[k];
-                out.beyond_store += std::min(task.count[k], end - std::min(end, store.spp()));
-            }
-            job.AddLease(*unit, 1, now);
-            job.DropLease(*unit, 1);
-            job.Accept(*unit, "study", store.Answer(task), now);
-        } else {
-            break;
-        }
-    }
-    out.info = job.info();
-    auto sampled = job.TakeSampled();
-    if (!sampled) {
-        throw Error(ErrorCode::kInternal, "the job failed: " + job.info().message);
-    }
-    out.film = sampled->film;
-    return out;
-}
-
 void RunOne(const Options& options, const SampleStore& store, const Truth& truth, int seed, int spp,
             const std::string& sampler, const std::string& filter) {
     const TileRect& window = store.window();
@@ -225,7 +179,15 @@ void RunOne(const Options& options, const SampleStore& store, const Truth& truth
     } else {
         planner = jobs::MakePlanner(sampler);
     }
-    const Sampled sampled = RunJob(store, planner, budget, loop ? guide : jobs::Guide());
+    std::uint64_t beyond_store = 0;
+    const test::Sampled sampled = test::RunJob(
+        window, planner, budget, loop ? guide : jobs::Guide(), [&](const TileTask& task) {
+            for (std::size_t k = 0; k < task.count.size(); ++k) {
+                const std::uint32_t end = task.first[k] + task.count[k];
+                beyond_store += std::min(task.count[k], end - std::min(end, store.spp()));
+            }
+            return store.Answer(task);
+        });
     const Film& film = *sampled.film;
     const denoise::Frame frame = denoise::FrameFromFilm(film);
     const auto pixels = static_cast<double>(window.area());
@@ -239,7 +201,7 @@ void RunOne(const Options& options, const SampleStore& store, const Truth& truth
               {"sampler", sampler},
               {"filter", filter},
               {"samples", film.TotalSamples() / pixels},
-              {"beyond_store", static_cast<double>(sampled.beyond_store) / pixels},
+              {"beyond_store", static_cast<double>(beyond_store) / pixels},
               {"passes", sampled.info.passes.size()},
               {"plan_seconds", plan_seconds},
               {"guide_seconds", guide_seconds},
