@@ -44,6 +44,7 @@ struct Options {
     int depth = 0, threads = 2, seeds = 4;
     std::uint32_t stored = 512;
     std::vector<int> spp{16, 32, 64};
+    std::vector<double> targets;
     std::vector<std::string> samplers{"uniform", "adaptive"}, filters{"none"};
 };
 
@@ -235,6 +236,46 @@ void RunOne(const Options& options, const SampleStore& store, const Truth& truth
     std::fflush(stdout);
 }
 
+// A job with no budget but a target, in RelMSE of the filtered image: where it stopped, and what it
+// reached.
+void RunTarget(const Options& options, const SampleStore& store, const Truth& truth, int seed,
+               double target, const std::string& sampler, const std::string& filter) {
+    const TileRect& window = store.window();
+    const auto pixels = static_cast<double>(window.area());
+    jobs::JobSetup setup;
+    setup.planner = jobs::MakePlanner(sampler);
+    setup.budgets.target = target;
+    setup.budgets.samples = std::uint64_t{store.spp() / 2} * window.area();
+    setup.guide = server::MakeGuide(filter);
+    setup.estimators.filtered = filter != "none";
+    Json estimates = Json::array();
+    setup.estimators.error = [&](const Film& film) {
+        const double error = server::EstimateImageError(film, filter);
+        const denoise::Result result = denoise::RunDenoiser(
+            *denoise::MakeDenoiser(filter), denoise::FrameFromFilm(film), CancelToken());
+        const Score score =
+            Compare(truth, [&](std::size_t i, int c) { return result.color[c][i]; });
+        estimates.push_back({film.TotalSamples() / pixels, error, score.relmse});
+        return error;
+    };
+    const test::Sampled sampled = test::RunJob(
+        window, std::move(setup), [&](const TileTask& task) { return store.Answer(task); });
+    const denoise::Result result = denoise::RunDenoiser(
+        *denoise::MakeDenoiser(filter), denoise::FrameFromFilm(*sampled.film), CancelToken());
+    const Score score = Compare(truth, [&](std::size_t i, int c) { return result.color[c][i]; });
+    fmt::print("{}\n", Json{{"scene", options.name},
+                            {"seed", seed},
+                            {"target", target},
+                            {"sampler", sampler},
+                            {"filter", filter},
+                            {"samples", sampled.film->TotalSamples() / pixels},
+                            {"passes", sampled.info.passes.size()},
+                            {"estimates", estimates},
+                            {"relmse", score.relmse}}
+                           .dump());
+    std::fflush(stdout);
+}
+
 void Run(const Options& options) {
     SetThreadCount(options.threads);
     RenderSettings settings =
@@ -283,6 +324,17 @@ void Run(const Options& options) {
             }
             fmt::print("{}\n", Json{{"scene", options.name}, {"floor", floor}}.dump());
         }
+        for (const double target : options.targets) {
+            for (const auto& filter : options.filters) {
+                for (const auto& sampler : options.samplers) {
+                    RunTarget(options, stores[static_cast<std::size_t>(seed)], truth, seed, target,
+                              sampler, filter);
+                }
+            }
+        }
+        if (!options.targets.empty()) {
+            continue;
+        }
         for (const int spp : options.spp) {
             for (const auto& filter : options.filters) {
                 for (const auto& sampler : options.samplers) {
@@ -313,6 +365,7 @@ int Main(int argc, char** argv) {
     app.add_option("--seeds", options.seeds, "at least 3");
     app.add_option("--stored", options.stored, "samples a pixel that are rendered");
     app.add_option("--spp", options.spp)->delimiter(',');
+    app.add_option("--target", options.targets, "instead of --spp")->delimiter(',');
     app.add_option("--sampler", options.samplers);
     app.add_option("--filter", options.filters);
     CLI11_PARSE(app, argc, argv);

@@ -3,20 +3,15 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "server/jobs/job.h"
 #include "server/jobs/plan_work.h"
 
 namespace relume::test {
 
-Sampled RunJob(const TileRect& window, std::shared_ptr<jobs::Planner> planner, std::uint64_t budget,
-               const jobs::Guide& guide, const std::function<TileResult(const TileTask&)>& answer) {
-    jobs::JobSetup setup;
+Sampled RunJob(const TileRect& window, jobs::JobSetup setup,
+               const std::function<TileResult(const TileTask&)>& answer) {
     setup.window = window;
     setup.display_width = window.width();
     setup.display_height = window.height();
-    setup.budgets.samples = budget;
-    setup.planner = std::move(planner);
-    setup.guide = guide;
     const TimePoint now{};
     jobs::Job job("jobs/local", 1, std::move(setup), now);
     job.Start(now);
@@ -39,6 +34,15 @@ Sampled RunJob(const TileRect& window, std::shared_ptr<jobs::Planner> planner, s
     }
     out.film = sampled->film;
     return out;
+}
+
+Sampled RunJob(const TileRect& window, std::shared_ptr<jobs::Planner> planner, std::uint64_t budget,
+               const jobs::Guide& guide, const std::function<TileResult(const TileTask&)>& answer) {
+    jobs::JobSetup setup;
+    setup.budgets.samples = budget;
+    setup.planner = std::move(planner);
+    setup.guide = guide;
+    return RunJob(window, std::move(setup), answer);
 }
 
 }  // namespace relume::test

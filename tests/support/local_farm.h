@@ -6,6 +6,7 @@
 
 #include "core/film/film.h"
 #include "core/film/tile.h"
+#include "server/jobs/job.h"
 #include "server/jobs/job_info.h"
 #include "server/jobs/planner.h"
 
@@ -17,9 +18,13 @@ struct Sampled {
     jobs::JobInfo info;
 };
 
-// Runs a job of `budget` samples over `window`, the whole picture, to its end on this thread: the
-// same Job, plans and merges that the server has. `answer` is the worker. An empty guide: the image
-// is not filtered. Throws kInternal if the job fails.
+// Runs a job over `window`, the whole picture, to its end on this thread: the same Job, plans and
+// merges that the server has. `setup` says what it is made of, but for its window. `answer` is the
+// worker. Throws kInternal if the job fails.
+Sampled RunJob(const TileRect& window, jobs::JobSetup setup,
+               const std::function<TileResult(const TileTask&)>& answer);
+
+// One of `budget` samples. An empty guide: the image is not filtered.
 Sampled RunJob(const TileRect& window, std::shared_ptr<jobs::Planner> planner, std::uint64_t budget,
                const jobs::Guide& guide, const std::function<TileResult(const TileTask&)>& answer);
 
