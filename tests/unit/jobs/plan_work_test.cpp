@@ -259,7 +259,7 @@ TEST_F(PlanWorkTest, GuideGoesInAndTheLastSelectorComesOut) {
         FilmView::kLagging,
         [&](const PlanInput& input) {
             Plan plan = plans++ == 0 ? Even(8) : Plan{{}, "all done", {}, {}};
-            plan.selector = (*input.guide)(input.film);
+            plan.selector = (*input.guide)(input.film, 1);
             plan.selector[0] = static_cast<float>(plans);
             plan.decisions.assign(kWindow.area(), Decision::kConverged);
             return plan;
