@@ -10,8 +10,8 @@ namespace {
 
 constexpr std::size_t kRowGrain = 8;
 
-// out = sum over k in [-radius, radius] of taps[k + radius] x in, first along rows, then along
-// columns.
+}  // namespace
+
 Plane Convolve(const Plane& in, int width, int height, const std::vector<float>& taps) {
     const int radius = static_cast<int>(taps.size()) / 2;
     const auto w = static_cast<std::size_t>(width);
@@ -51,7 +51,6 @@ Plane Convolve(const Plane& in, int width, int height, const std::vector<float>&
     return out;
 }
 
-// Sum of the taps that lie in [0, size) when the centre is at each place.
 std::vector<float> TapSums(int size, const std::vector<float>& taps) {
     const int radius = static_cast<int>(taps.size()) / 2;
     std::vector<float> sums(static_cast<std::size_t>(size), 0.0f);
@@ -63,19 +62,12 @@ std::vector<float> TapSums(int size, const std::vector<float>& taps) {
     return sums;
 }
 
-}  // namespace
-
 Plane SumBox(const Plane& in, int width, int height, int radius) {
     return Convolve(in, width, height,
                     std::vector<float>(static_cast<std::size_t>(2 * radius + 1), 1.0f));
 }
 
-Plane BlurGaussian(const Plane& in, int width, int height, float sigma) {
-    const int radius = static_cast<int>(std::ceil(3 * sigma));
-    std::vector<float> taps;
-    for (int k = -radius; k <= radius; ++k) {
-        taps.push_back(std::exp(-0.5f * static_cast<float>(k * k) / (sigma * sigma)));
-    }
+Plane BlurByTaps(const Plane& in, int width, int height, const std::vector<float>& taps) {
     Plane out = Convolve(in, width, height, taps);
     const std::vector<float> across = TapSums(width, taps), down = TapSums(height, taps);
     for (std::size_t y = 0, i = 0; y < down.size(); ++y) {
@@ -84,6 +76,19 @@ Plane BlurGaussian(const Plane& in, int width, int height, float sigma) {
         }
     }
     return out;
+}
+
+std::vector<float> GaussianTaps(float sigma) {
+    const int radius = static_cast<int>(std::ceil(3 * sigma));
+    std::vector<float> taps;
+    for (int k = -radius; k <= radius; ++k) {
+        taps.push_back(std::exp(-0.5f * static_cast<float>(k * k) / (sigma * sigma)));
+    }
+    return taps;
+}
+
+Plane BlurGaussian(const Plane& in, int width, int height, float sigma) {
+    return BlurByTaps(in, width, height, GaussianTaps(sigma));
 }
 
 Plane AverageOfThree(const Plane (&planes)[3]) {
