@@ -18,16 +18,14 @@ constexpr float kLargestNoise = 1e10f;
 // that the derivative of a pixel by its own noise is its weight, 1, over the sum of weights.
 void FinishTile(const Frame& frame, const TileArea& tile, const float* sums, CandidateBank* bank) {
     for (int k = 0; k < kCandidates; ++k) {
-        const float* weight = sums + 4 * k * kTileArea;
         for (int y = 0; y < tile.height; ++y) {
             const std::size_t row = static_cast<std::size_t>(tile.y0 + y) * frame.width + tile.x0;
             for (int x = 0; x < tile.width; ++x) {
                 const std::size_t i = row + static_cast<std::size_t>(x);
-                const int at = y * kTileWidth + x;
-                const float inverse = 1 / weight[at];
+                const float inverse = 1 / sums[BankSum(y, k, 0) + x];
                 float error = 0;
                 for (int c = 0; c < 3; ++c) {
-                    const float filtered = weight[(1 + c) * kTileArea + at] * inverse;
+                    const float filtered = sums[BankSum(y, k, 1 + c) + x] * inverse;
                     const float residual = filtered - frame.color[c][i];
                     bank->filtered[k][c][i] = filtered;
                     error += residual * residual + frame.variance[c][i] * (2 * inverse - 1);
@@ -134,13 +132,14 @@ CandidateBank ComputeBank(const Frame& frame, const BilateralKernels& kernels,
         }
     }
     const BankTables tables = MakeBankTables();
-    ForEachTile(
-        frame, kBankPlanes, kBankRadius, cancel, [&](const TileArea& tile, TilePlanes& scratch) {
-            LoadBankPlanes(frame, guides, tile, &scratch);
-            std::vector<float> sums(static_cast<std::size_t>(4 * kCandidates * kTileArea));
-            kernels.bank(scratch.planes(), scratch.stride(), tables, tile.height, sums.data());
-            FinishTile(frame, tile, sums.data(), &bank);
-        });
+    ForEachTile(frame, {0, frame.height}, kBankPlanes, kPairTile, cancel,
+                [&](const TileArea& tile, TilePlanes& planes) {
+                    LoadBankPlanes(frame, guides, tile, &planes);
+                    AlignedFloats scratch(kPairScratch), sums(BankSum(kPairHeight, 0, 0));
+                    kernels.bank(planes.planes(), planes.stride(), tables, tile.height,
+                                 scratch.data(), sums.data());
+                    FinishTile(frame, tile, sums.data(), &bank);
+                });
     return bank;
 }
 

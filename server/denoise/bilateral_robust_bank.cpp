@@ -62,7 +62,7 @@ void RobustBank::Extend(int until, const CancelToken& cancel) {
         ForEachPlane(&candidate, [&](Plane& p) { p.resize(pixels); });
     }
     ForEachTile(
-        frame_, rows, kRobustPlanes, kBankRadius, cancel,
+        frame_, rows, kRobustPlanes, {.halo = kBankRadius}, cancel,
         [&](const TileArea& tile, TilePlanes& scratch) {
             LoadBankPlanes(frame_, guides_, tile, &scratch);
             const auto load = [&](int index, const Plane& plane) {

@@ -150,7 +150,7 @@ void SbfBank::Extend(int until, const CancelToken& cancel) {
     for (SbfCandidate& candidate : candidates_) {
         ForEachPlane(&candidate, [&](Plane& p) { p.resize(pixels); });
     }
-    ForEachTile(frame_, rows, kSbfData + kSbfColors, kBankRadius, cancel,
+    ForEachTile(frame_, rows, kSbfData + kSbfColors, {.halo = kBankRadius}, cancel,
                 [&](const TileArea& tile, TilePlanes& scratch) {
                     LoadGuides(tile, &scratch);
                     for (int c = 0; c < kSbfColors; ++c) {
@@ -203,7 +203,7 @@ std::vector<Plane> SbfBank::Smooth(const std::vector<const Plane*>& planes, floa
     std::vector<Plane> out(planes.size(),
                            Plane(static_cast<std::size_t>(to - from) * frame_.width));
     ForEachTile(
-        frame_, {from, to}, kSbfData + kSbfSmoothed, kBankRadius, cancel,
+        frame_, {from, to}, kSbfData + kSbfSmoothed, {.halo = kBankRadius}, cancel,
         [&](const TileArea& tile, TilePlanes& scratch) {
             LoadGuides(tile, &scratch);
             for (std::size_t p = 0; p < planes.size(); ++p) {

@@ -1,6 +1,7 @@
 // Body of the kernels of SBF, included by one source per instruction set with RELUME_LANES (floats
 // a vector) defined.
 #include "server/denoise/lanes_impl.h"
+#include "server/denoise/pair_rows_impl.h"
 #include "server/denoise/sbf_kernels.h"
 
 namespace relume::denoise {
@@ -8,7 +9,7 @@ namespace {
 
 static_assert(kTileWidth % RELUME_LANES == 0);
 
-constexpr float kLargestExponent = 40;
+
 
 template <int kFeatures>
 struct SbfCenter {
