@@ -69,10 +69,10 @@ void Bank(const float* const* planes, std::ptrdiff_t stride, const BankTables& t
             }
         }
     }
-    const BankPair pair = {
-        planes, {Fill(tables.floor[0]), Fill(tables.floor[1]), Fill(tables.floor[2])}};
-    // The neighbours at one distance are summed once, for all the candidates whose window reaches so
-    // far.
+    const BankPair pair = {planes,
+                           {Fill(tables.floor[0]), Fill(tables.floor[1]), Fill(tables.floor[2])}};
+    // The neighbours at one distance are summed once, for all the candidates whose window reaches
+    // so far.
     const auto add = [&](const auto& ring, int y, int dy, int dx) {
         const int reach = dx > dy ? dx : dy;
         int first = kCandidates - 1;

@@ -1,8 +1,9 @@
-// Weighted sums over all pairs of pixels of a tile, for kernels whose weights are the same from both
-// ends: each pair is weighed once. Included by the bodies of kernels after lanes_impl.h.
+// Weighted sums over all pairs of pixels of a tile, for kernels whose weights are the same from
+// both ends: each pair is weighed once. Included by the bodies of kernels after lanes_impl.h.
 //
-// Loops run along rows, in several short passes. One long chain of operations a pair would leave the
-// processor waiting: its window for finding independent work holds little more than one such chain.
+// Loops run along rows, in several short passes. One long chain of operations a pair would leave
+// the processor waiting: its window for finding independent work holds little more than one such
+// chain.
 #include "server/denoise/bilateral_kernels.h"
 
 namespace relume::denoise {
@@ -33,8 +34,8 @@ class PairRow {
 
 inline int RoundUp(int value) { return (value + RELUME_LANES - 1) / RELUME_LANES * RELUME_LANES; }
 
-// Fills the rows of one distance. `Pair` has kKinds, Center, LoadCenter(at) and Exponents(center, at,
-// e): weights are exp(-e).
+// Fills the rows of one distance. `Pair` has kKinds, Center, LoadCenter(at) and Exponents(center,
+// at, e): weights are exp(-e).
 template <class Pair>
 inline void WeighRow(const Pair& pair, std::ptrdiff_t row, std::ptrdiff_t below, int dx,
                      const PairRow<Pair::kKinds>& to) {
@@ -76,16 +77,16 @@ inline void WeighRow(const Pair& pair, std::ptrdiff_t row, std::ptrdiff_t below,
     }
 }
 
-// The neighbours of a row of pixels at (+-dx, +-dy): weight[n][x] is that of the pixel at x with the
-// one `offset` from it, plus kind * PairRow::kStride for the other kinds.
+// The neighbours of a row of pixels at (+-dx, +-dy): weight[n][x] is that of the pixel at x with
+// the one `offset` from it, plus kind * PairRow::kStride for the other kinds.
 template <int kCount>
 struct Ring {
     const float* weight[kCount];
     std::ptrdiff_t offset[kCount];
 };
 
-// Calls add(ring, y, dy, dx) for rows 0 <= y < height of the tile and distances up to `radius` whose
-// weight spatial[dy][dx] is not 0. `scratch` holds PairRow::kSize * (kBankRadius + 1) floats.
+// Calls add(ring, y, dy, dx) for rows 0 <= y < height of the tile and distances up to `radius`
+// whose weight spatial[dy][dx] is not 0. `scratch` holds PairRow::kSize * (kBankRadius + 1) floats.
 template <class Pair, class Add>
 inline void ForEachRing(const Pair& pair, std::ptrdiff_t stride, int radius,
                         const float (&spatial)[kBankRadius + 1][kBankRadius + 1], int height,

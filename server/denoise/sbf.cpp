@@ -37,9 +37,9 @@
 namespace relume::denoise {
 namespace {
 
-constexpr float kFinalSmooth = 8, kPlanSmooth = 4;  // sigma, pixels
-constexpr float kErrorBlur = 4;                     // pixels
-constexpr int kPlanned[] = {0, 2, 4, 6};            // candidates between passes
+constexpr int kFinalSmooth = 6, kPlanSmooth = 4;  // windows of 8 and 4 pixels
+constexpr float kErrorBlur = 4;                   // pixels
+constexpr int kPlanned[] = {0, 2, 4, 6};          // windows between passes
 constexpr float kPriorityFloor = 1e-2f;
 constexpr double kFewest = 1, kMost = 1024;  // samples that a plan gives a pixel
 
@@ -61,17 +61,17 @@ class Sbf final : public Denoiser {
             plane.resize(pixels);
         }
         Plane own(pixels), sure(pixels);
-        std::size_t chosen[kCandidates] = {};
-        bank.ForEachBand(SbfReach(kFinalSmooth), cancel, [&](int from, int to) {
+        std::vector<std::size_t> chosen(static_cast<std::size_t>(bank.size()), 0);
+        bank.ForEachBand(bank.Reach(kFinalSmooth), cancel, [&](int from, int to) {
             std::vector<const Plane*> risks;
-            for (int k = 0; k < kCandidates; ++k) {
+            for (int k = 0; k < bank.size(); ++k) {
                 risks.push_back(&bank[k].risk);
             }
             const auto smooth = bank.Smooth(risks, kFinalSmooth, from, to, cancel);
             const std::size_t first = static_cast<std::size_t>(from) * frame.width;
             const std::size_t skipped = static_cast<std::size_t>(from - bank.begin()) * frame.width;
             for (std::size_t i = 0; i < smooth[0].size(); ++i) {
-                const std::size_t k = Least(smooth, i);
+                const std::size_t k = Least(smooth, smooth.size(), i);
                 const SbfCandidate& best = bank[static_cast<int>(k)];
                 ++chosen[k];
                 own[first + i] = best.own[skipped + i];
@@ -89,13 +89,7 @@ class Sbf final : public Denoiser {
         result.error = BlurGaussian(sure, frame.width, frame.height, kErrorBlur);
         result.derivative = {own, own, own};
         result.notes["features"] = guides.names.empty() ? "none" : guides.names;
-        std::string& shares = result.notes["sigma_s"];
-        for (int k = 0; k < kCandidates; ++k) {
-            const double share =
-                pixels > 0 ? static_cast<double>(chosen[k]) / static_cast<double>(pixels) : 0;
-            shares += fmt::format("{}{:.3g} px: {:.1f} %", k > 0 ? ", " : "", CandidateSigma(k),
-                                  100 * share);
-        }
+        NoteShares(chosen, pixels, &result);
         return result;
     }
 
@@ -105,24 +99,24 @@ class Sbf final : public Denoiser {
         const SbfTarget target = MakeSbfTarget(frame);
         SbfBank bank(frame, guides, target, kernels_);
         Plane priority(frame.pixel_count());
-        bank.ForEachBand(SbfReach(kPlanSmooth), cancel, [&](int from, int to) {
-            std::vector<Plane> wanted;
+        bank.ForEachBand(bank.Reach(kPlanSmooth), cancel, [&](int from, int to) {
             std::vector<const Plane*> planes;
-            for (const int k : kPlanned) {
-                planes.push_back(&bank[k].risk);
-                wanted.push_back(Priority(frame, target, bank, k));
+            std::vector<Plane> wanted;
+            for (int kind = 0; kind < bank.size(); kind += kCandidates) {
+                for (const int k : kPlanned) {
+                    planes.push_back(&bank[kind + k].risk);
+                    wanted.push_back(Priority(frame, target, bank[kind + k], bank.begin()));
+                }
             }
+            const std::size_t count = wanted.size();
             for (const Plane& plane : wanted) {
                 planes.push_back(&plane);
             }
-            std::vector<Plane> smooth = bank.Smooth(planes, kPlanSmooth, from, to, cancel);
-            const std::vector<Plane> asked(std::make_move_iterator(smooth.begin() + 4),
-                                           std::make_move_iterator(smooth.end()));
-            smooth.resize(std::size(kPlanned));
+            const auto smooth = bank.Smooth(planes, kPlanSmooth, from, to, cancel);
             const std::size_t first = static_cast<std::size_t>(from) * frame.width;
             for (std::size_t i = 0; i < smooth[0].size(); ++i) {
                 const float n = frame.count.empty() ? 0 : frame.count[first + i];
-                priority[first + i] = asked[Least(smooth, i)][i] / (1 + n);
+                priority[first + i] = smooth[count + Least(smooth, count, i)][i] / (1 + n);
             }
         });
         return ShareSamples(priority, samples, kFewest, kMost);
@@ -137,18 +131,20 @@ class Sbf final : public Denoiser {
         return guides;
     }
 
-    static std::size_t Least(const std::vector<Plane>& planes, std::size_t i) {
+    // Which of the first `count` planes is least at i.
+    static std::size_t Least(const std::vector<Plane>& planes, std::size_t count, std::size_t i) {
         std::size_t best = 0;
-        for (std::size_t k = 1; k < planes.size(); ++k) {
+        for (std::size_t k = 1; k < count; ++k) {
             best = planes[k][i] < planes[best][i] ? k : best;
         }
         return best;
     }
 
-    // (F - y)^2 + 2 v dF/dy, mean over RGB, over F^2 + floor, of the bank's rows.
-    static Plane Priority(const Frame& frame, const SbfTarget& target, const SbfBank& bank, int k) {
-        const SbfCandidate& candidate = bank[k];
-        const std::size_t first = static_cast<std::size_t>(bank.begin()) * frame.width;
+    // (F - y)^2 + 2 v dF/dy, mean over RGB, over F^2 + floor, of a candidate whose rows begin at
+    // `row`.
+    static Plane Priority(const Frame& frame, const SbfTarget& target,
+                          const SbfCandidate& candidate, int row) {
+        const std::size_t first = static_cast<std::size_t>(row) * frame.width;
         Plane out(candidate.risk.size());
         for (std::size_t o = 0; o < out.size(); ++o) {
             float variance = 0;
@@ -160,6 +156,32 @@ class Sbf final : public Denoiser {
             out[o] = std::max(candidate.risk[o] + variance, 0.0f) / (y * y + kPriorityFloor);
         }
         return out;
+    }
+
+    static void NoteShares(const std::vector<std::size_t>& chosen, std::size_t pixels,
+                           Result* result) {
+        const double scale = pixels > 0 ? 100 / static_cast<double>(pixels) : 0;
+        std::string& windows = result->notes["sigma_s"];
+        for (std::size_t k = 0; k < kCandidates; ++k) {
+            std::size_t count = 0;
+            for (std::size_t c = k; c < chosen.size(); c += kCandidates) {
+                count += chosen[c];
+            }
+            windows += fmt::format("{}{:.3g} px: {:.1f} %", k > 0 ? ", " : "",
+                                   CandidateSigma(static_cast<int>(k)),
+                                   static_cast<double>(count) * scale);
+        }
+        constexpr const char* kKinds[] = {"off", "1", "0.5"};
+        for (std::size_t first = 0; first < chosen.size() && chosen.size() > kCandidates;
+             first += kCandidates) {
+            std::size_t count = 0;
+            for (std::size_t k = 0; k < kCandidates; ++k) {
+                count += chosen[first + k];
+            }
+            result->notes["sigma_g"] +=
+                fmt::format("{}{}: {:.1f} %", first > 0 ? ", " : "", kKinds[first / kCandidates],
+                            static_cast<double>(count) * scale);
+        }
     }
 
     bool gradient_;

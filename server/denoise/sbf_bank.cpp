@@ -13,18 +13,7 @@ namespace {
 // (methods 2.4).
 constexpr float kFeatureSigma[3] = {0.8f, 0.25f, 0.6f};
 constexpr float kVarianceFloor = 1e-2f;
-constexpr int kBandRows = 4 * kTileHeight;
-
-// Divides a feature and its variance so that a kernel of `sigma` is exp(-d^2 / max(s, 1)).
-void Normalise(float sigma, Plane* feature, Plane* variance) {
-    const float floor = kVarianceFloor * 2 * sigma * sigma, scale = 1 / std::sqrt(floor);
-    for (float& value : *feature) {
-        value = std::clamp(value * scale, -kSbfLargest, kSbfLargest);
-    }
-    for (float& value : *variance) {
-        value = std::clamp(value / kVarianceFloor, 0.0f, kSbfLargest);
-    }
-}
+constexpr int kBandRows = 2 * kPairHeight;
 
 // Weight of a pixel at each distance from a sample that lies anywhere in the middle one: exp(-2
 // d^2) - exp(-8), to 0 at 2 pixels (PBRT's Gaussian filter).
@@ -53,21 +42,32 @@ void ForEachPlane(SbfCandidate* candidate, const Fn& fn) {
 
 }  // namespace
 
+void NormaliseSbfGuide(float sigma, Plane* feature, Plane* variance) {
+    const float floor = kVarianceFloor * 2 * sigma * sigma, scale = 1 / std::sqrt(floor);
+    for (float& value : *feature) {
+        value = std::clamp(value * scale, -kSbfLargest, kSbfLargest);
+    }
+    for (float& value : *variance) {
+        value = std::clamp(value / kVarianceFloor, 0.0f, kSbfLargest);
+    }
+}
+
 SbfGuides MakeSbfGuides(const Frame& frame) {
     SbfGuides guides;
     const std::size_t pixels = frame.pixel_count();
+    int to = 0;
     const auto add = [&](int first, int count, float scale, float sigma, const char* name) {
-        for (int f = first; f < first + count; ++f) {
-            Plane feature = frame.feature[f], variance = frame.feature_variance[f];
+        for (int f = first; f < first + count; ++f, ++to) {
+            Plane &feature = guides.feature[to], &variance = guides.spread[to];
+            feature = frame.feature[f];
+            variance = frame.feature_variance[f];
             feature.resize(pixels, 0.0f);
             variance.resize(pixels, 0.0f);
             for (std::size_t i = 0; i < pixels && scale != 1; ++i) {
                 feature[i] *= scale;
                 variance[i] *= scale * scale;
             }
-            Normalise(sigma, &feature, &variance);
-            guides.feature.push_back(std::move(feature));
-            guides.spread.push_back(std::move(variance));
+            NormaliseSbfGuide(sigma, &feature, &variance);
         }
         if (!frame.feature[first].empty()) {
             guides.names += (guides.names.empty() ? "" : ", ") + std::string(name);
@@ -83,13 +83,6 @@ SbfGuides MakeSbfGuides(const Frame& frame) {
     return guides;
 }
 
-void AddSbfGuide(Plane feature, Plane variance, float sigma, const char* name, SbfGuides* guides) {
-    Normalise(sigma, &feature, &variance);
-    guides->feature.push_back(std::move(feature));
-    guides->spread.push_back(std::move(variance));
-    guides->names += (guides->names.empty() ? "" : ", ") + std::string(name);
-}
-
 SbfTarget MakeSbfTarget(const Frame& frame) {
     const std::vector<float> taps = PixelFilterTaps();
     SbfTarget target;
@@ -100,19 +93,15 @@ SbfTarget MakeSbfTarget(const Frame& frame) {
     return target;
 }
 
-int SbfReach(float sigma) {
-    return std::min(kBankRadius, static_cast<int>(std::lround(2 * sigma)));
-}
-
 SbfBank::SbfBank(const Frame& frame, const SbfGuides& guides, const SbfTarget& target,
                  const SbfKernels& kernels)
-    : frame_(frame), guides_(guides), target_(target), kernels_(kernels), tables_{} {
-    tables_.features = static_cast<int>(guides.feature.size());
-    const BankTables bank = MakeBankTables();
-    std::copy(std::begin(bank.radius), std::end(bank.radius), tables_.radius);
-    std::copy(&bank.spatial[0][0][0], &bank.spatial[0][0][0] + sizeof(bank.spatial) / sizeof(float),
-              &tables_.spatial[0][0][0]);
-}
+    : frame_(frame),
+      guides_(guides),
+      target_(target),
+      kernels_(kernels),
+      tables_(MakeBankTables()),
+      candidates_(static_cast<std::size_t>(kCandidates) *
+                  (guides.gradient.empty() ? 1 : kSbfGradientKinds)) {}
 
 void SbfBank::ForEachBand(int reach, const CancelToken& cancel,
                           const std::function<void(int, int)>& ready) {
@@ -134,12 +123,12 @@ void SbfBank::Drop(int row) {
 }
 
 void SbfBank::LoadGuides(const TileArea& tile, TilePlanes* scratch) const {
-    for (int f = 0; f < tables_.features; ++f) {
-        const auto k = static_cast<std::size_t>(f);
-        scratch->Load(kSbfFeature + f, guides_.feature[k], frame_.width, frame_.height, tile.x0,
-                      tile.y0, f == 6 ? kOutside : 0);
-        scratch->Load(kSbfSpread + f, guides_.spread[k], frame_.width, frame_.height, tile.x0,
-                      tile.y0, 0);
+    const auto load = [&](int index, const Plane& plane, float outside) {
+        scratch->Load(index, plane, frame_.width, frame_.height, tile.x0, tile.y0, outside);
+    };
+    for (int f = 0; f < kSbfFeatures; ++f) {
+        load(kSbfFeature + f, guides_.feature[f], f == 6 ? kOutside : 0);
+        load(kSbfSpread + f, guides_.spread[f], 0);
     }
 }
 
@@ -150,16 +139,24 @@ void SbfBank::Extend(int until, const CancelToken& cancel) {
     for (SbfCandidate& candidate : candidates_) {
         ForEachPlane(&candidate, [&](Plane& p) { p.resize(pixels); });
     }
-    ForEachTile(frame_, rows, kSbfData + kSbfColors, {.halo = kBankRadius}, cancel,
-                [&](const TileArea& tile, TilePlanes& scratch) {
-                    LoadGuides(tile, &scratch);
-                    for (int c = 0; c < kSbfColors; ++c) {
-                        scratch.Load(kSbfData + c, frame_.color[c], frame_.width, frame_.height,
-                                     tile.x0, tile.y0, 0);
+    const auto kinds = candidates_.size() / kCandidates;
+    ForEachTile(frame_, rows, kSbfData + kSbfColors, kPairTile, cancel,
+                [&](const TileArea& tile, TilePlanes& planes) {
+                    LoadGuides(tile, &planes);
+                    const auto load = [&](int index, const Plane& plane) {
+                        planes.Load(index, plane, frame_.width, frame_.height, tile.x0, tile.y0, 0);
+                    };
+                    if (kinds > 1) {
+                        load(kSbfGradient, guides_.gradient);
+                        load(kSbfGradient + 1, guides_.gradient_spread);
                     }
-                    std::vector<float> sums(static_cast<std::size_t>(4 * kCandidates * kTileArea));
-                    kernels_.bank(scratch.planes(), scratch.stride(), tables_, tile.height,
-                                  sums.data());
+                    for (int c = 0; c < kSbfColors; ++c) {
+                        load(kSbfData + c, frame_.color[c]);
+                    }
+                    AlignedFloats scratch(kinds * kPairScratch);
+                    AlignedFloats sums(static_cast<std::size_t>(SbfSum(size(), kPairHeight, 0, 0)));
+                    kernels_.bank(planes.planes(), planes.stride(), tables_, size(), tile.height,
+                                  scratch.data(), sums.data());
                     FinishTile(tile, sums.data());
                 });
 }
@@ -167,18 +164,17 @@ void SbfBank::Extend(int until, const CancelToken& cancel) {
 // Weights depend on features alone, so that the derivative of a pixel by its own noise is its
 // weight, 1, over the sum of weights.
 void SbfBank::FinishTile(const TileArea& tile, const float* sums) {
-    for (int k = 0; k < kCandidates; ++k) {
+    for (int k = 0; k < size(); ++k) {
         SbfCandidate& to = candidates_[static_cast<std::size_t>(k)];
-        const float* weight = sums + 4 * k * kTileArea;
         for (int y = 0; y < tile.height; ++y) {
+            const float* row = sums + SbfSum(size(), y, k, 0);
             for (int x = 0; x < tile.width; ++x) {
                 const auto i = static_cast<std::size_t>(tile.y0 + y) * frame_.width + tile.x0 + x;
                 const auto o = i - static_cast<std::size_t>(begin_) * frame_.width;
-                const int at = y * kTileWidth + x;
-                const float own = 1 / weight[at];
+                const float own = 1 / row[x];
                 float risk = 0;
                 for (std::size_t c = 0; c < 3; ++c) {
-                    const float filtered = weight[(1 + static_cast<int>(c)) * kTileArea + at] * own;
+                    const float filtered = row[(1 + c) * kPairWidth + x] * own;
                     const float residual = filtered - target_.color[c][i];
                     to.filtered[c][o] = filtered;
                     risk += residual * residual + target_.variance[c][i] * (2 * own - 1);
@@ -190,35 +186,36 @@ void SbfBank::FinishTile(const TileArea& tile, const float* sums) {
     }
 }
 
-std::vector<Plane> SbfBank::Smooth(const std::vector<const Plane*>& planes, float sigma, int from,
-                                   int to, const CancelToken& cancel) const {
-    SbfTables tables = tables_;
-    tables.radius[0] = SbfReach(sigma);
-    for (int y = 0; y <= kBankRadius; ++y) {
-        for (int x = 0; x <= kBankRadius; ++x) {
-            tables.spatial[0][y][x] =
-                std::exp(-static_cast<float>(x * x + y * y) / (2 * sigma * sigma));
-        }
-    }
+std::vector<Plane> SbfBank::Smooth(const std::vector<const Plane*>& planes, int k, int from, int to,
+                                   const CancelToken& cancel) const {
     std::vector<Plane> out(planes.size(),
                            Plane(static_cast<std::size_t>(to - from) * frame_.width));
+    const Plane& own = candidates_[static_cast<std::size_t>(k)].own;
+    const auto groups = static_cast<int>((planes.size() + kSbfGroup - 1) / kSbfGroup);
+    const int count = groups * kSbfGroup;
     ForEachTile(
-        frame_, {from, to}, kSbfData + kSbfSmoothed, {.halo = kBankRadius}, cancel,
+        frame_, {from, to}, kSbfData + count, kPairTile, cancel,
         [&](const TileArea& tile, TilePlanes& scratch) {
             LoadGuides(tile, &scratch);
             for (std::size_t p = 0; p < planes.size(); ++p) {
                 scratch.Load(kSbfData + static_cast<int>(p), *planes[p], frame_.width,
                              end_ - begin_, tile.x0, tile.y0 - begin_, 0);
             }
-            std::vector<float> means(static_cast<std::size_t>(kSbfSmoothed * kTileArea));
-            kernels_.smooth(scratch.planes(), scratch.stride(), tables, tile.height, means.data());
+            AlignedFloats weights(kPairScratch);
+            AlignedFloats sums(static_cast<std::size_t>(count * kPairWidth * kPairHeight));
+            kernels_.smooth(scratch.planes(), scratch.stride(), tables_, k, groups, tile.height,
+                            weights.data(), sums.data());
             for (std::size_t p = 0; p < planes.size(); ++p) {
                 for (int y = 0; y < tile.height; ++y) {
-                    const float* row = means.data() + p * kTileArea + y * kTileWidth;
-                    std::copy_n(row, tile.width,
-                                out[p].begin() +
-                                    static_cast<std::ptrdiff_t>(tile.y0 + y - from) * frame_.width +
-                                    tile.x0);
+                    const float* row = sums.data() + (y * count + static_cast<int>(p)) * kPairWidth;
+                    const auto i = static_cast<std::size_t>(tile.y0 + y) * frame_.width + tile.x0;
+                    const float* share =
+                        own.data() + i - static_cast<std::size_t>(begin_) * frame_.width;
+                    float* result =
+                        out[p].data() + i - static_cast<std::size_t>(from) * frame_.width;
+                    for (int x = 0; x < tile.width; ++x) {
+                        result[x] = row[x] * share[x];
+                    }
                 }
             }
         });

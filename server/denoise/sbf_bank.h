@@ -15,13 +15,14 @@ namespace relume::denoise {
 // What SBF compares pixels by, in the kernels' units. A feature that the frame lacks is 0
 // everywhere and so has no say.
 struct SbfGuides {
-    std::vector<Plane> feature, spread;  // normal XYZ, albedo RGB, depth
-    std::string names;                   // "normal, albedo, depth": those that the frame has
+    Plane feature[kSbfFeatures], spread[kSbfFeatures];  // normal XYZ, albedo RGB, depth
+    Plane gradient, gradient_spread;                    // empty: not one of the features
+    std::string names;  // "normal, albedo, depth": those that the frame has
 };
 SbfGuides MakeSbfGuides(const Frame& frame);
 
-// Appends a feature with its variance, for a kernel of `sigma`.
-void AddSbfGuide(Plane feature, Plane variance, float sigma, const char* name, SbfGuides* guides);
+// Divides a feature and its variance so that a kernel of `sigma` is exp(-d^2 / max(s, 1)).
+void NormaliseSbfGuide(float sigma, Plane* feature, Plane* variance);
 
 // The image that the candidates are judged by, and its variance: what the authors' renderer makes
 // of the same samples by its pixel filter, a Gaussian of radius 2.
@@ -37,11 +38,15 @@ struct SbfCandidate {
         risk;  // estimate of the squared error a pixel, mean over RGB, by which candidates compete
 };
 
-// The seven cross-bilateral filters, some rows at a time: a whole frame's would be 35 planes.
+// The cross-bilateral filters, some rows at a time: a whole frame's would be 35 planes, or 105.
+// Candidate k has window k % kCandidates; with a gradient there are three times as many
+// (sbf_kernels.h).
 class SbfBank {
   public:
     SbfBank(const Frame& frame, const SbfGuides& guides, const SbfTarget& target,
             const SbfKernels& kernels);
+
+    int size() const { return static_cast<int>(candidates_.size()); }
 
     // Makes all rows of the frame, band by band: ready(from, to) may read the candidates' rows
     // [from - reach, to + reach) that lie in the frame.
@@ -53,10 +58,12 @@ class SbfBank {
     int end() const { return end_; }
     const SbfCandidate& operator[](int k) const { return candidates_[static_cast<std::size_t>(k)]; }
 
-    // Means by the feature weights and a Gaussian of `sigma` pixels, cut at 2 sigma and 16 pixels.
-    // `planes`, at most kSbfSmoothed, hold the bank's rows; the result rows [from, to).
-    std::vector<Plane> Smooth(const std::vector<const Plane*>& planes, float sigma, int from,
-                              int to, const CancelToken& cancel) const;
+    // Means of `planes`, which hold the bank's rows, over window k by features alone; of rows
+    // [from, to).
+    std::vector<Plane> Smooth(const std::vector<const Plane*>& planes, int k, int from, int to,
+                              const CancelToken& cancel) const;
+    // How far window k looks, pixels.
+    int Reach(int k) const { return tables_.radius[k]; }
 
   private:
     void Extend(int until, const CancelToken& cancel);
@@ -68,12 +75,9 @@ class SbfBank {
     const SbfGuides& guides_;
     const SbfTarget& target_;
     const SbfKernels& kernels_;
-    SbfTables tables_;
+    BankTables tables_;
     int begin_ = 0, end_ = 0;
-    std::array<SbfCandidate, kCandidates> candidates_;
+    std::vector<SbfCandidate> candidates_;
 };
-
-// How far Smooth looks, pixels.
-int SbfReach(float sigma);
 
 }  // namespace relume::denoise

@@ -9,7 +9,7 @@
 namespace relume::denoise {
 namespace {
 
-constexpr float kGradientSigma = 0.5f;
+constexpr float kGradientSigma = 1;
 
 // The 99th percentile's next power of two: where the frame's gradients end, in steps so large that
 // one bad sample has no say in it.
@@ -78,8 +78,10 @@ void AddGradientGuide(const Frame& frame, const CancelToken& cancel, SbfGuides* 
         gradient.magnitude[i] *= scale;
         gradient.variance[i] *= scale * scale;
     }
-    AddSbfGuide(std::move(gradient.magnitude), std::move(gradient.variance), kGradientSigma,
-                "gradient", guides);
+    NormaliseSbfGuide(kGradientSigma, &gradient.magnitude, &gradient.variance);
+    guides->gradient = std::move(gradient.magnitude);
+    guides->gradient_spread = std::move(gradient.variance);
+    guides->names += guides->names.empty() ? "gradient" : ", gradient";
 }
 
 }  // namespace relume::denoise

@@ -7,25 +7,6 @@
 namespace relume::denoise {
 namespace {
 
-static_assert(kTileWidth % RELUME_LANES == 0);
-
-
-
-template <int kFeatures>
-struct SbfCenter {
-    Floats feature[kFeatures], spread[kFeatures];
-};
-
-template <int kFeatures>
-inline SbfCenter<kFeatures> LoadSbfCenter(const float* const* planes, std::ptrdiff_t at) {
-    SbfCenter<kFeatures> center;
-    for (int f = 0; f < kFeatures; ++f) {
-        center.feature[f] = Load(planes[kSbfFeature + f] + at);
-        center.spread[f] = Load(planes[kSbfSpread + f] + at);
-    }
-    return center;
-}
-
 // Sum over `kTerms` of numerator / denominator as one fraction, left in the first.
 template <int kTerms>
 inline void AddFractions(Floats* numerator, Floats* denominator) {
@@ -43,127 +24,136 @@ inline void AddFractions(Floats* numerator, Floats* denominator) {
     }
 }
 
-// exp(-sum over features of d^2 / max(spread_i + spread_j, 1)), with one division.
-template <int kFeatures>
-inline Floats SbfWeight(const float* const* planes, std::ptrdiff_t at,
-                        const SbfCenter<kFeatures>& center) {
-    Floats square[kFeatures], spread[kFeatures];
-    for (int f = 0; f < kFeatures; ++f) {
-        const Floats d = Load(planes[kSbfFeature + f] + at) - center.feature[f];
-        square[f] = d * d;
-        spread[f] = Max(center.spread[f] + Load(planes[kSbfSpread + f] + at), Fill(1.0f));
-    }
-    AddFractions<kFeatures>(square, spread);
-    return ExpOfMinus(square[0] / spread[0], kLargestExponent);
-}
+// Weights exp(-sum over features of d^2 / max(spread_i + spread_j, 1)): one division for all. With
+// the gradient of kinds: its term 0, 1 and 4 times.
+template <int kKindCount>
+struct SbfPair {
+    static constexpr int kKinds = kKindCount;
+    struct Center {
+        Floats feature[kSbfFeatures + 1], spread[kSbfFeatures + 1];
+    };
 
-// Calls add(offset of a neighbour) for the up to four at (+-dx, +-dy).
-template <typename Fn>
-inline void ForRing(std::ptrdiff_t stride, int dx, int dy, const Fn& add) {
-    const std::ptrdiff_t below = dy * stride, above = -below;
-    add(below + dx);
-    if (dx != 0) {
-        add(below - dx);
+    Center LoadCenter(std::ptrdiff_t at) const {
+        Center center;
+        for (int f = 0; f < kSbfFeatures; ++f) {
+            center.feature[f] = Load(planes[kSbfFeature + f] + at);
+            center.spread[f] = Load(planes[kSbfSpread + f] + at);
+        }
+        if constexpr (kKinds > 1) {
+            center.feature[kSbfFeatures] = Load(planes[kSbfGradient] + at);
+            center.spread[kSbfFeatures] = Load(planes[kSbfGradient + 1] + at);
+        }
+        return center;
     }
-    if (dy != 0) {
-        add(above + dx);
-        if (dx != 0) {
-            add(above - dx);
+
+    void Exponents(const Center& center, std::ptrdiff_t at, Floats (&e)[kKinds]) const {
+        Floats square[kSbfFeatures], spread[kSbfFeatures];
+        for (int f = 0; f < kSbfFeatures; ++f) {
+            const Floats d = Load(planes[kSbfFeature + f] + at) - center.feature[f];
+            square[f] = d * d;
+            spread[f] = Max(center.spread[f] + Load(planes[kSbfSpread + f] + at), Fill(1.0f));
+        }
+        AddFractions<kSbfFeatures>(square, spread);
+        e[0] = square[0] / spread[0];
+        if constexpr (kKinds > 1) {
+            const Floats d = Load(planes[kSbfGradient] + at) - center.feature[kSbfFeatures];
+            const Floats by_gradient =
+                d * d /
+                Max(center.spread[kSbfFeatures] + Load(planes[kSbfGradient + 1] + at), Fill(1.0f));
+            e[1] = e[0] + by_gradient;
+            e[2] = e[0] + 4.0f * by_gradient;
         }
     }
-}
 
-template <int kFeatures>
-void BankOf(const float* const* planes, std::ptrdiff_t stride, const SbfTables& tables, int height,
-            float* out) {
-    constexpr int kSums = 1 + kSbfColors;
-    const int radius = tables.radius[kCandidates - 1];
+    const float* const* planes;
+};
+
+template <int kKinds>
+void BankOf(const float* const* planes, std::ptrdiff_t stride, const BankTables& tables, int height,
+            float* scratch, float* out) {
+    constexpr int kTotal = kKinds * kCandidates;
     for (int y = 0; y < height; ++y) {
-        for (int x = 0; x < kTileWidth; x += RELUME_LANES) {
-            const std::ptrdiff_t at = y * stride + x;
-            const SbfCenter<kFeatures> center = LoadSbfCenter<kFeatures>(planes, at);
-            Floats total[kCandidates][kSums];
-            for (auto& sum : total) {
-                sum[0] = Fill(1.0f);
+        for (int x = 0; x < kPairWidth; x += RELUME_LANES) {
+            for (int k = 0; k < kTotal; ++k) {
+                Store(out + SbfSum(kTotal, y, k, 0) + x, Fill(1.0f));
                 for (int c = 0; c < kSbfColors; ++c) {
-                    sum[1 + c] = Load(planes[kSbfData + c] + at);
+                    Store(out + SbfSum(kTotal, y, k, 1 + c) + x,
+                          Load(planes[kSbfData + c] + y * stride + x));
                 }
             }
-            // The neighbours at one distance are summed once, for all the candidates whose window
-            // reaches so far.
-            for (int dy = 0; dy <= radius; ++dy) {
-                for (int dx = dy == 0 ? 1 : 0; dx <= radius; ++dx) {
-                    Floats ring[kSums]{};
-                    ForRing(stride, dx, dy, [&](std::ptrdiff_t offset) {
-                        const Floats w = SbfWeight<kFeatures>(planes, at + offset, center);
-                        ring[0] += w;
-                        for (int c = 0; c < kSbfColors; ++c) {
-                            ring[1 + c] += w * Load(planes[kSbfData + c] + at + offset);
-                        }
-                    });
-                    const int reach = dx > dy ? dx : dy;
-                    for (int k = kCandidates - 1; k >= 0 && tables.radius[k] >= reach; --k) {
-                        const float spatial = tables.spatial[k][dy][dx];
-                        for (int s = 0; s < kSums; ++s) {
-                            total[k][s] += ring[s] * spatial;
-                        }
+        }
+    }
+    // The neighbours at one distance are summed once, for all the windows that reach so far.
+    const auto add = [&](const auto& ring, int y, int dy, int dx) {
+        const int reach = dx > dy ? dx : dy;
+        int first = kCandidates - 1;
+        while (first > 0 && tables.radius[first - 1] >= reach) {
+            --first;
+        }
+        for (int kind = 0; kind < kKinds; ++kind) {
+            for (int x = 0; x < kPairWidth; x += RELUME_LANES) {
+                Floats sum[kSbfSums]{};
+                for (std::size_t n = 0; n < sizeof(ring.weight) / sizeof(ring.weight[0]); ++n) {
+                    const Floats w = Load(ring.weight[n] + kind * PairRow<kKinds>::kStride + x);
+                    const std::ptrdiff_t at = y * stride + x + ring.offset[n];
+                    sum[0] += w;
+                    for (int c = 0; c < kSbfColors; ++c) {
+                        sum[1 + c] += w * Load(planes[kSbfData + c] + at);
+                    }
+                }
+                for (int k = first; k < kCandidates; ++k) {
+                    const float spatial = tables.spatial[k][dy][dx];
+                    for (int s = 0; s < kSbfSums; ++s) {
+                        float* total = out + SbfSum(kTotal, y, kind * kCandidates + k, s) + x;
+                        Store(total, Load(total) + sum[s] * spatial);
                     }
                 }
             }
-            float* to = out + y * kTileWidth + x;
-            for (int k = 0; k < kCandidates; ++k) {
-                for (int s = 0; s < kSums; ++s) {
-                    Store(to + (kSums * k + s) * kTileArea, total[k][s]);
-                }
-            }
         }
-    }
+    };
+    ForEachRing(SbfPair<kKinds>{planes}, stride, tables.radius[kCandidates - 1],
+                tables.spatial[kCandidates - 1], height, scratch, add);
 }
 
-template <int kFeatures>
-void SmoothOf(const float* const* planes, std::ptrdiff_t stride, const SbfTables& tables,
-              int height, float* out) {
-    const int radius = tables.radius[0];
+void SbfBank(const float* const* planes, std::ptrdiff_t stride, const BankTables& tables,
+             int candidates, int height, float* scratch, float* out) {
+    (candidates == kCandidates ? BankOf<1> : BankOf<kSbfGradientKinds>)(planes, stride, tables,
+                                                                        height, scratch, out);
+}
+
+void SbfSmooth(const float* const* planes, std::ptrdiff_t stride, const BankTables& tables, int k,
+               int groups, int height, float* scratch, float* out) {
+    const int count = groups * kSbfGroup;
     for (int y = 0; y < height; ++y) {
-        for (int x = 0; x < kTileWidth; x += RELUME_LANES) {
-            const std::ptrdiff_t at = y * stride + x;
-            const SbfCenter<kFeatures> center = LoadSbfCenter<kFeatures>(planes, at);
-            Floats weight = Fill(1.0f), sum[kSbfSmoothed];
-            for (int s = 0; s < kSbfSmoothed; ++s) {
-                sum[s] = Load(planes[kSbfData + s] + at);
-            }
-            for (int dy = 0; dy <= radius; ++dy) {
-                for (int dx = dy == 0 ? 1 : 0; dx <= radius; ++dx) {
-                    const float spatial = tables.spatial[0][dy][dx];
-                    ForRing(stride, dx, dy, [&](std::ptrdiff_t offset) {
-                        const Floats w =
-                            SbfWeight<kFeatures>(planes, at + offset, center) * spatial;
-                        weight += w;
-                        for (int s = 0; s < kSbfSmoothed; ++s) {
-                            sum[s] += w * Load(planes[kSbfData + s] + at + offset);
-                        }
-                    });
-                }
-            }
-            for (int s = 0; s < kSbfSmoothed; ++s) {
-                Store(out + s * kTileArea + y * kTileWidth + x, sum[s] / weight);
+        for (int s = 0; s < count; ++s) {
+            for (int x = 0; x < kPairWidth; x += RELUME_LANES) {
+                Store(out + (y * count + s) * kPairWidth + x,
+                      Load(planes[kSbfData + s] + y * stride + x));
             }
         }
     }
-}
-
-void SbfBank(const float* const* planes, std::ptrdiff_t stride, const SbfTables& tables, int height,
-             float* out) {
-    (tables.features == kSbfFeatures
-         ? BankOf<kSbfFeatures>
-         : BankOf<kSbfFeatures - 1>)(planes, stride, tables, height, out);
-}
-
-void SbfSmooth(const float* const* planes, std::ptrdiff_t stride, const SbfTables& tables,
-               int height, float* out) {
-    (tables.features == kSbfFeatures
-         ? SmoothOf<kSbfFeatures>
-         : SmoothOf<kSbfFeatures - 1>)(planes, stride, tables, height, out);
+    const auto add = [&](const auto& ring, int y, int dy, int dx) {
+        const float spatial = tables.spatial[k][dy][dx];
+        for (int first = 0; first < count; first += kSbfGroup) {
+            const float* const* data = planes + kSbfData + first;
+            for (int x = 0; x < kPairWidth; x += RELUME_LANES) {
+                Floats sum[kSbfGroup]{};
+                for (std::size_t n = 0; n < sizeof(ring.weight) / sizeof(ring.weight[0]); ++n) {
+                    const Floats w = Load(ring.weight[n] + x);
+                    const std::ptrdiff_t at = y * stride + x + ring.offset[n];
+                    for (int s = 0; s < kSbfGroup; ++s) {
+                        sum[s] += w * Load(data[s] + at);
+                    }
+                }
+                for (int s = 0; s < kSbfGroup; ++s) {
+                    float* total = out + (y * count + first + s) * kPairWidth + x;
+                    Store(total, Load(total) + sum[s] * spatial);
+                }
+            }
+        }
+    };
+    ForEachRing(SbfPair<1>{planes}, stride, tables.radius[k], tables.spatial[k], height, scratch,
+                add);
 }
 
 }  // namespace
