@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
+#include "server/denoise/convolve_kernels.h"
 
 namespace relume::denoise {
 namespace {
@@ -15,6 +16,7 @@ constexpr std::size_t kRowGrain = 8;
 Plane Convolve(const Plane& in, int width, int height, const std::vector<float>& taps) {
     const int radius = static_cast<int>(taps.size()) / 2;
     const auto w = static_cast<std::size_t>(width);
+    const ConvolveKernel convolve = BestConvolve();
     Plane rows(in.size()), out(in.size());
     ParallelFor(0, static_cast<std::size_t>(height), kRowGrain,
                 [&](std::size_t y0, std::size_t y1) {
@@ -22,30 +24,18 @@ Plane Convolve(const Plane& in, int width, int height, const std::vector<float>&
                     for (std::size_t y = y0; y < y1; ++y) {
                         std::copy_n(in.begin() + static_cast<std::ptrdiff_t>(y * w), w,
                                     padded.begin() + radius);
-                        float* to = rows.data() + y * w;
-                        for (std::size_t k = 0; k < taps.size(); ++k) {
-                            const float* from = padded.data() + k;
-                            const float tap = taps[k];
-                            for (std::size_t x = 0; x < w; ++x) {
-                                to[x] += tap * from[x];
-                            }
-                        }
+                        convolve(padded.data(), 1, taps.data(), static_cast<int>(taps.size()),
+                                 width, rows.data() + y * w);
                     }
                 });
     ParallelFor(0, static_cast<std::size_t>(height), kRowGrain,
                 [&](std::size_t y0, std::size_t y1) {
-                    for (std::size_t y = y0; y < y1; ++y) {
-                        float* to = out.data() + y * w;
-                        const int first = std::max(static_cast<int>(y) - radius, 0);
-                        const int last = std::min(static_cast<int>(y) + radius, height - 1);
-                        for (int j = first; j <= last; ++j) {
-                            const float* from = rows.data() + static_cast<std::size_t>(j) * w;
-                            const float tap =
-                                taps[static_cast<std::size_t>(j - static_cast<int>(y) + radius)];
-                            for (std::size_t x = 0; x < w; ++x) {
-                                to[x] += tap * from[x];
-                            }
-                        }
+                    for (int y = static_cast<int>(y0); y < static_cast<int>(y1); ++y) {
+                        const int first = std::max(y - radius, 0);
+                        const int last = std::min(y + radius, height - 1);
+                        convolve(rows.data() + static_cast<std::size_t>(first) * w, width,
+                                 taps.data() + (first - y + radius), last - first + 1, width,
+                                 out.data() + static_cast<std::size_t>(y) * w);
                     }
                 });
     return out;
@@ -70,11 +60,14 @@ Plane SumBox(const Plane& in, int width, int height, int radius) {
 Plane BlurByTaps(const Plane& in, int width, int height, const std::vector<float>& taps) {
     Plane out = Convolve(in, width, height, taps);
     const std::vector<float> across = TapSums(width, taps), down = TapSums(height, taps);
-    for (std::size_t y = 0, i = 0; y < down.size(); ++y) {
-        for (std::size_t x = 0; x < across.size(); ++x, ++i) {
-            out[i] /= across[x] * down[y];
+    ParallelFor(0, down.size(), kRowGrain, [&](std::size_t y0, std::size_t y1) {
+        for (std::size_t y = y0; y < y1; ++y) {
+            float* row = out.data() + y * across.size();
+            for (std::size_t x = 0; x < across.size(); ++x) {
+                row[x] /= across[x] * down[y];
+            }
         }
-    }
+    });
     return out;
 }
 
