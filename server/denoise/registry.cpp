@@ -8,6 +8,8 @@ namespace relume::denoise {
 
 std::unique_ptr<Denoiser> MakeNone(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeBilateral(const ParamSet& params);
+std::unique_ptr<Denoiser> MakeSbf(const ParamSet& params);
+std::unique_ptr<Denoiser> MakeSbfGradient(const ParamSet& params);
 
 namespace {
 
@@ -29,6 +31,12 @@ constexpr struct {
      "                     printed: the paper's equations to the letter\n"
      "    taylor=8         printed only: terms of the gradient weight's series, 0 to 64; 0 = exp "
      "itself\n"},
+    {"sbf", MakeSbf,
+     "cross-bilateral filter on normal, albedo and depth, the window of each pixel by SURE; Li, "
+     "Wu,\n"
+     "            Chuang 2012\n"},
+    {"sbf-gradient", MakeSbfGradient,
+     "sbf, with the gradient of the prefiltered image as one more feature; Xing, Chen, Li 2020\n"},
 };
 
 }  // namespace
@@ -50,7 +58,7 @@ std::unique_ptr<Denoiser> MakeDenoiser(const std::string& text) {
 std::string DescribeDenoisers() {
     std::string text;
     for (const auto& entry : kDenoisers) {
-        text += fmt::format("{:<11} {}", entry.name, entry.help);
+        text += fmt::format("{:<12} {}", entry.name, entry.help);
     }
     return text;
 }

@@ -253,7 +253,9 @@ TEST_F(PlanWorkTest, AJobTellsWhatIsExpectedAndWhyItStopped) {
 }
 
 TEST_F(PlanWorkTest, GuideGoesInAndTheLastSelectorComesOut) {
-    const Guide guide = [](const Film& film) { return std::vector<float>(film.pixel_count(), 7); };
+    const Guide guide = [](const Film& film, double) {
+        return std::vector<float>(film.pixel_count(), 7);
+    };
     int plans = 0;
     AddJob(
         FilmView::kLagging,
