@@ -8,6 +8,7 @@ namespace relume::denoise {
 
 std::unique_ptr<Denoiser> MakeNone(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeBilateral(const ParamSet& params);
+std::unique_ptr<Denoiser> MakeNfor(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeSbf(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeSbfGradient(const ParamSet& params);
 
@@ -31,6 +32,9 @@ constexpr struct {
      "                     printed: the paper's equations to the letter\n"
      "    taylor=8         printed only: terms of the gradient weight's series, 0 to 64; 0 = exp "
      "itself\n"},
+    {"nfor", MakeNfor,
+     "first-order regression on the features with weights of non-local means, each half of the\n"
+     "             samples judged by the other; Bitterli et al. 2016\n"},
     {"sbf", MakeSbf,
      "cross-bilateral filter on normal, albedo and depth, the window of each pixel by SURE; Li, "
      "Wu,\n"

@@ -99,14 +99,24 @@ TEST_P(EveryFilter, FewSamplesAreEnough) {
     }
 }
 
-// How far one sample of pixel (120, 70) is seen: window 16, choice by SURE blurred over 12. The
-// variance is regularised over 10, which robust mode's weights see through its guide, 2, and its
-// share is blurred over 24.
+// How far one sample is seen, in pixels.
+int Halo(std::string_view filter) {
+    constexpr int kVariance = 10;  // regularised over so many
+    if (filter.find("robust") != std::string_view::npos) {
+        return kVariance + 2 + 16 + 12 + 24;  // by the guide; window; choice; mixing
+    }
+    if (filter == "nfor") {
+        // Patch and window of the first fit, from which it writes to a window; errors and choice
+        // smoothed; the last fit.
+        return kVariance + 3 + 9 + 9 + 2 * (1 + 9) + 3 + 9 + 9;
+    }
+    return 16 + 12;  // window; choice by SURE
+}
+
 TEST_P(EveryFilter, OneBadSampleStaysInItsHalo) {
     const Truth truth{240, 140};
     constexpr int kX = 120, kY = 70;
-    const bool robust = std::string_view(GetParam()).find("robust") != std::string_view::npos;
-    const int halo = robust ? 10 + 2 + 16 + 12 + 24 : 16 + 12;
+    const int halo = Halo(GetParam());
     const Frame clean = FrameFromFilm(MakeFilm(truth, 4, 5));
     const Result reference = Filter(clean);
     for (const float value : {NAN, INFINITY, -INFINITY, 1e6f, 1e14f, 3e38f}) {
@@ -154,7 +164,7 @@ TEST_P(EveryFilter, APixelWithoutSamplesIsFilled) {
 INSTANTIATE_TEST_SUITE_P(Filters, EveryFilter,
                          testing::Values("none", "bilateral:mode=robust",
                                          "bilateral:mode=corrected", "bilateral:mode=printed",
-                                         "bilateral:mode=printed,taylor=0"),
+                                         "bilateral:mode=printed,taylor=0", "nfor"),
                          [](const auto& param) {
                              std::string name = param.param;
                              std::erase_if(name, [](char c) { return std::isalnum(c) == 0; });
