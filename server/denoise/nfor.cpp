@@ -8,7 +8,8 @@
 //    non-local means, each pixel takes the k of the smaller, and that choice is smoothed, too.
 // 4. The mean of the halves is fitted once more, k = 1, its variance taken from how they differ.
 //
-// The estimated error is that of step 3, for the chosen k; the last fit lowers it by a few percent.
+// The estimated error is that of step 3, for the chosen k. It is too low by a few percent of the
+// noise: the half that judges has had a part in the weights.
 //
 // As the authors' program, not their paper: weights from the other half, the least of those of the
 // three channels, x and y among the columns. Different on purpose: normal equations with a ridge of
