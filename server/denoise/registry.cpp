@@ -11,6 +11,7 @@ std::unique_ptr<Denoiser> MakeBilateral(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeNfor(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeSbf(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeSbfGradient(const ParamSet& params);
+std::unique_ptr<Denoiser> MakeWlr(const ParamSet& params);
 
 namespace {
 
@@ -41,6 +42,9 @@ constexpr struct {
      "            Chuang 2012\n"},
     {"sbf-gradient", MakeSbfGradient,
      "sbf, with the gradient of the prefiltered image as one more feature; Xing, Chen, Li 2020\n"},
+    {"wlr", MakeWlr,
+     "local linear fits in the features' own space, their width by bias and variance; Moon, Carr,\n"
+     "             Yoon 2014\n"},
 };
 
 }  // namespace

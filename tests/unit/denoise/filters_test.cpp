@@ -110,6 +110,9 @@ int Halo(std::string_view filter) {
         // smoothed; the last fit.
         return kVariance + 3 + 9 + 9 + 2 * (1 + 9) + 3 + 9 + 9;
     }
+    if (filter == "wlr") {
+        return kVariance + 9 + 3;  // window; bandwidths smoothed
+    }
     return 16 + 12;  // window; choice by SURE
 }
 
@@ -164,7 +167,7 @@ TEST_P(EveryFilter, APixelWithoutSamplesIsFilled) {
 INSTANTIATE_TEST_SUITE_P(Filters, EveryFilter,
                          testing::Values("none", "bilateral:mode=robust",
                                          "bilateral:mode=corrected", "bilateral:mode=printed",
-                                         "bilateral:mode=printed,taylor=0", "nfor"),
+                                         "bilateral:mode=printed,taylor=0", "nfor", "wlr"),
                          [](const auto& param) {
                              std::string name = param.param;
                              std::erase_if(name, [](char c) { return std::isalnum(c) == 0; });
