@@ -3,9 +3,11 @@
 #include "core/base/error.h"
 #include "core/base/param_set.h"
 #include "server/denoise/denoiser.h"
+#include "server/denoise/without_features.h"
 
 namespace relume::denoise {
 
+std::unique_ptr<Denoiser> MakeAuto(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeNone(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeBilateral(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeSbf(const ParamSet& params);
@@ -19,6 +21,10 @@ constexpr struct {
     std::unique_ptr<Denoiser> (*make)(const ParamSet& params);
     const char* help;  // what it is, source; then a line a parameter: name=default, values, unit
 } kDenoisers[] = {
+    {"auto", MakeAuto,
+     "of the others the cheapest whose error, by held-out samples on a part of the image, is "
+     "within\n"
+     "             one standard error of the best; features that don't help are dropped\n"},
     {"none", MakeNone, "the mean of the samples, unfiltered\n"},
     {"bilateral", MakeBilateral,
      "cross-bilateral filter on normal, albedo and depth; Xing, Chen, Li 2020\n"
@@ -47,6 +53,10 @@ std::unique_ptr<Denoiser> MakeDenoiser(const std::string& text) {
     for (const auto& entry : kDenoisers) {
         if (named.name == entry.name) {
             auto denoiser = entry.make(named.params);
+            if (named.params.Has("without")) {
+                denoiser =
+                    WithoutFeatures(std::move(denoiser), named.params.GetString("without", ""));
+            }
             named.params.RejectUnused("filter '" + named.name + "'");
             return denoiser;
         }
@@ -60,6 +70,9 @@ std::string DescribeDenoisers() {
     for (const auto& entry : kDenoisers) {
         text += fmt::format("{:<12} {}", entry.name, entry.help);
     }
+    text +=
+        "Every filter takes without=NAMES, features that it is not to look at, joined by '-': "
+        "normal, albedo,\ndepth, visibility.\n";
     return text;
 }
 
