@@ -24,11 +24,10 @@
 #include "server/denoise/denoiser.h"
 #include "server/denoise/error_estimate.h"
 #include "server/denoise/halves.h"
-#include "server/jobs/job.h"
 #include "server/jobs/neyman.h"
-#include "server/jobs/plan_work.h"
 #include "server/jobs/planner.h"
 #include "server/rpc/filter_loop.h"
+#include "tests/support/local_farm.h"
 
 namespace relume::bench {
 namespace {
@@ -45,6 +44,7 @@ struct Options {
     int depth = 0, threads = 2, seeds = 4;
     std::uint32_t stored = 512;
     std::vector<int> spp{16, 32, 64};
+    std::vector<double> targets;
     std::vector<std::string> samplers{"uniform", "adaptive"}, filters{"none"};
 };
 
@@ -160,49 +160,9 @@ class Oracle final : public jobs::Planner {
     std::uint32_t pass_ = 0;
 };
 
-// A farm of one worker that answers from the store.
-struct Sampled {
-    std::shared_ptr<const Film> film;
-    jobs::JobInfo info;
-    std::uint64_t beyond_store = 0;
-};
-Sampled RunJob(const SampleStore& store, std::shared_ptr<jobs::Planner> planner,
-               std::uint64_t budget, const jobs::Guide& guide) {
-    jobs::JobSetup setup;
-    setup.window = store.window();
-    setup.display_width = store.window().width();
-    setup.display_height = store.window().height();
-    setup.budgets.samples = budget;
-    setup.planner = std::move(planner);
-    setup.guide = guide;
-    const TimePoint now{};
-    jobs::Job job("jobs/study", 1, std::move(setup), now);
-    job.Start(now);
-    Sampled out;
-    for (;;) {
-        if (auto work = job.TakePlanWork(now)) {
-            job.Planned(jobs::RunPlan(*work), now);
-        } else if (const auto unit = job.FindPending(0, [](std::size_t) { return true; })) {
-            job.Take(*unit);
-            const TileTask task = job.Task(*unit);
-            for (std::size_t k = 0; k < task.count.size(); ++k) {
-                const std::uint32_t end = task.first[k] + task.count[k];
-                out.beyond_store += std::min(task.count[k], end - std::min(end, store.spp()));
-            }
-            job.AddLease(*unit, 1, now);
-            job.DropLease(*unit, 1);
-            job.Accept(*unit, "study", store.Answer(task), now);
-        } else {
-            break;
-        }
-    }
-    out.info = job.info();
-    auto sampled = job.TakeSampled();
-    if (!sampled) {
-        throw Error(ErrorCode::kInternal, "the job failed: " + job.info().message);
-    }
-    out.film = sampled->film;
-    return out;
+jobs::Guide GuideOf(const jobs::Planner& planner, const std::string& filter) {
+    return planner.Method() != nullptr ? server::MakeMethodGuide(planner.Method())
+                                       : server::MakeGuide(filter);
 }
 
 void RunOne(const Options& options, const SampleStore& store, const Truth& truth, int seed, int spp,
@@ -211,21 +171,29 @@ void RunOne(const Options& options, const SampleStore& store, const Truth& truth
     const auto denoiser = denoise::MakeDenoiser(filter);
     const CancelToken never;
     double guide_seconds = 0;
-    const jobs::Guide loop = server::MakeGuide(filter);
-    const jobs::Guide guide = [&](const Film& film) {
-        const auto start = std::chrono::steady_clock::now();
-        auto out = loop(film);
-        guide_seconds += Since(start);
-        return out;
-    };
-    const std::uint64_t budget = static_cast<std::uint64_t>(spp) * window.area();
     std::shared_ptr<jobs::Planner> planner;
     if (sampler == kOracle) {
         planner = std::make_shared<Oracle>(truth);
     } else {
         planner = jobs::MakePlanner(sampler);
     }
-    const Sampled sampled = RunJob(store, planner, budget, loop ? guide : jobs::Guide());
+    const jobs::Guide loop = GuideOf(*planner, filter);
+    const jobs::Guide guide = [&](const Film& film, double samples) {
+        const auto start = std::chrono::steady_clock::now();
+        auto out = loop(film, samples);
+        guide_seconds += Since(start);
+        return out;
+    };
+    const std::uint64_t budget = static_cast<std::uint64_t>(spp) * window.area();
+    std::uint64_t beyond_store = 0;
+    const test::Sampled sampled = test::RunJob(
+        window, planner, budget, loop ? guide : jobs::Guide(), [&](const TileTask& task) {
+            for (std::size_t k = 0; k < task.count.size(); ++k) {
+                const std::uint32_t end = task.first[k] + task.count[k];
+                beyond_store += std::min(task.count[k], end - std::min(end, store.spp()));
+            }
+            return store.Answer(task);
+        });
     const Film& film = *sampled.film;
     const denoise::Frame frame = denoise::FrameFromFilm(film);
     const auto pixels = static_cast<double>(window.area());
@@ -239,7 +207,7 @@ void RunOne(const Options& options, const SampleStore& store, const Truth& truth
               {"sampler", sampler},
               {"filter", filter},
               {"samples", film.TotalSamples() / pixels},
-              {"beyond_store", static_cast<double>(sampled.beyond_store) / pixels},
+              {"beyond_store", static_cast<double>(beyond_store) / pixels},
               {"passes", sampled.info.passes.size()},
               {"plan_seconds", plan_seconds},
               {"guide_seconds", guide_seconds},
@@ -270,6 +238,46 @@ void RunOne(const Options& options, const SampleStore& store, const Truth& truth
             &line);
     }
     fmt::print("{}\n", line.dump());
+    std::fflush(stdout);
+}
+
+// A job with no budget but a target, in RelMSE of the filtered image: where it stopped, and what it
+// reached.
+void RunTarget(const Options& options, const SampleStore& store, const Truth& truth, int seed,
+               double target, const std::string& sampler, const std::string& filter) {
+    const TileRect& window = store.window();
+    const auto pixels = static_cast<double>(window.area());
+    jobs::JobSetup setup;
+    setup.planner = jobs::MakePlanner(sampler);
+    setup.budgets.target = target;
+    setup.budgets.samples = std::uint64_t{store.spp() / 2} * window.area();
+    setup.guide = GuideOf(*setup.planner, filter);
+    setup.estimators.filtered = filter != "none";
+    Json estimates = Json::array();
+    setup.estimators.error = [&](const Film& film) {
+        const double error = server::EstimateImageError(film, filter);
+        const denoise::Result result = denoise::RunDenoiser(
+            *denoise::MakeDenoiser(filter), denoise::FrameFromFilm(film), CancelToken());
+        const Score score =
+            Compare(truth, [&](std::size_t i, int c) { return result.color[c][i]; });
+        estimates.push_back({film.TotalSamples() / pixels, error, score.relmse});
+        return error;
+    };
+    const test::Sampled sampled = test::RunJob(
+        window, std::move(setup), [&](const TileTask& task) { return store.Answer(task); });
+    const denoise::Result result = denoise::RunDenoiser(
+        *denoise::MakeDenoiser(filter), denoise::FrameFromFilm(*sampled.film), CancelToken());
+    const Score score = Compare(truth, [&](std::size_t i, int c) { return result.color[c][i]; });
+    fmt::print("{}\n", Json{{"scene", options.name},
+                            {"seed", seed},
+                            {"target", target},
+                            {"sampler", sampler},
+                            {"filter", filter},
+                            {"samples", sampled.film->TotalSamples() / pixels},
+                            {"passes", sampled.info.passes.size()},
+                            {"estimates", estimates},
+                            {"relmse", score.relmse}}
+                           .dump());
     std::fflush(stdout);
 }
 
@@ -321,6 +329,17 @@ void Run(const Options& options) {
             }
             fmt::print("{}\n", Json{{"scene", options.name}, {"floor", floor}}.dump());
         }
+        for (const double target : options.targets) {
+            for (const auto& filter : options.filters) {
+                for (const auto& sampler : options.samplers) {
+                    RunTarget(options, stores[static_cast<std::size_t>(seed)], truth, seed, target,
+                              sampler, filter);
+                }
+            }
+        }
+        if (!options.targets.empty()) {
+            continue;
+        }
         for (const int spp : options.spp) {
             for (const auto& filter : options.filters) {
                 for (const auto& sampler : options.samplers) {
@@ -351,6 +370,7 @@ int Main(int argc, char** argv) {
     app.add_option("--seeds", options.seeds, "at least 3");
     app.add_option("--stored", options.stored, "samples a pixel that are rendered");
     app.add_option("--spp", options.spp)->delimiter(',');
+    app.add_option("--target", options.targets, "instead of --spp")->delimiter(',');
     app.add_option("--sampler", options.samplers);
     app.add_option("--filter", options.filters);
     CLI11_PARSE(app, argc, argv);

@@ -85,11 +85,12 @@ class Writer:
             accessor["max"] = [max(stored[c::3]) for c in range(3)]
         return self._add("accessors", accessor)
 
-    def texture(self, file_name, png, clamp=False):
+    def texture(self, file_name, png, clamp=False, nearest=False):
         with open(os.path.join(self.folder, file_name), "wb") as out:
             out.write(png)
         wrap = 33071 if clamp else 10497
-        sampler = {"magFilter": 9729, "minFilter": 9729, "wrapS": wrap, "wrapT": wrap}
+        mode = 9728 if nearest else 9729
+        sampler = {"magFilter": mode, "minFilter": mode, "wrapS": wrap, "wrapT": wrap}
         samplers = self.json.setdefault("samplers", [])
         if sampler not in samplers:
             samplers.append(sampler)
@@ -105,7 +106,8 @@ class Writer:
 
     def material(self, name, color=(1, 1, 1), metallic=0, roughness=1, color_texture=None,
                  rough_texture=None, normal_texture=None, normal_scale=1, repeat=None,
-                 emissive=None, emissive_texture=None, mask=False, double_sided=False, glass_ior=0):
+                 emissive=None, emissive_texture=None, mask=False, double_sided=False, glass_ior=0,
+                 pane=False, matte=False, unlit=False):
         """Textures are Writer.texture's; `repeat` scales the uv of roughness and normal."""
         pbr = {
             "baseColorFactor": list(color) + [1],
@@ -132,6 +134,13 @@ class Writer:
             extensions["KHR_materials_transmission"] = {"transmissionFactor": 1}
             extensions["KHR_materials_volume"] = {"thicknessFactor": 0.1}
             extensions["KHR_materials_ior"] = {"ior": glass_ior}
+        if pane:  # thin clear glass that reflects nothing
+            extensions["KHR_materials_transmission"] = {"transmissionFactor": 1}
+            extensions["KHR_materials_ior"] = {"ior": 1}
+        if matte:  # without the gloss that every other surface has
+            extensions["KHR_materials_specular"] = {"specularFactor": 0}
+        if unlit:  # shines with its colour, whatever the light
+            extensions["KHR_materials_unlit"] = {}
         if mask:
             item["alphaMode"] = "MASK"
         if double_sided:

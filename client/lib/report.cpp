@@ -210,6 +210,7 @@ Json MakeReport(const v1::Job& job, const ReportFacts& facts) {
           {"wait", wait},
           {"render", job.render_seconds()},
           {"planning", job.plan_seconds()},
+          {"planning_filter", job.plan_filter_seconds()},
           {"merging", job.merge_seconds()},
           {"filter", job.filter().seconds()},
           {"fetch", facts.fetch},

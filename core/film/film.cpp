@@ -6,14 +6,16 @@
 #include <array>
 
 #include "core/base/error.h"
+#include "core/film/merge_moments.h"
 #include "core/image/metrics.h"
 
 namespace relume {
 namespace {
 
-// All channels of a few pixels, one after the other.
-constexpr std::size_t kBlock = 32;
-using Block = std::array<std::array<float, kFilmChannelCount>, kBlock>;
+// Pixels [begin, end) of a block lie side by side in the film, from `at` on.
+struct Run {
+    std::size_t at, begin, end;
+};
 
 }  // namespace
 
@@ -39,36 +41,39 @@ void Film::Merge(const TileResult& result) {
             ThrowInvalidArgument("pixel indices of a tile result must rise and lie in the tile");
         }
     }
-    // In blocks, copied plane by plane: the planes of one pixel lie at distances that share a cache
-    // set, and pixel by pixel each access would miss.
-    Block here, there;
-    std::array<std::size_t, kBlock> at{};
-    for (std::size_t begin = 0; begin < n; begin += kBlock) {
-        const std::size_t count = std::min(kBlock, n - begin);
+    // In blocks: loops over pixels of one channel, read and written in runs that lie side by side.
+    MomentsBlock mine{}, other{};
+    std::vector<Run> runs;
+    for (std::size_t begin = 0; begin < n; begin += kMomentsBlock) {
+        const std::size_t count = std::min(kMomentsBlock, n - begin);
+        runs.clear();
         for (std::size_t k = 0; k < count; ++k) {
             const int pixel = static_cast<int>(result.pixels[begin + k]);
             const int x = r.x0 - window_.x0 + pixel % r.width();
             const int y = r.y0 - window_.y0 + pixel / r.width();
-            at[k] = static_cast<std::size_t>(y) * static_cast<std::size_t>(width()) +
-                    static_cast<std::size_t>(x);
-        }
-        for (std::size_t c = 0; c < kFilmChannelCount; ++c) {
-            const float* mine = data_.data() + c * pixel_count();
-            const float* other = result.planes.data() + c * n + begin;
-            for (std::size_t k = 0; k < count; ++k) {
-                here[k][c] = mine[at[k]];
-                there[k][c] = other[k];
+            const std::size_t at = static_cast<std::size_t>(y) * static_cast<std::size_t>(width()) +
+                                   static_cast<std::size_t>(x);
+            if (runs.empty() || at != runs.back().at + (k - runs.back().begin)) {
+                runs.push_back({at, k, k});
             }
-        }
-        for (std::size_t k = 0; k < count; ++k) {
-            PixelMoments moments = PixelMoments::Load(here[k].data(), 1);
-            moments.Merge(PixelMoments::Load(there[k].data(), 1));
-            moments.Store(here[k].data(), 1);
+            runs.back().end = k + 1;
         }
         for (std::size_t c = 0; c < kFilmChannelCount; ++c) {
-            float* mine = data_.data() + c * pixel_count();
-            for (std::size_t k = 0; k < count; ++k) {
-                mine[at[k]] = here[k][c];
+            const float* plane = data_.data() + c * pixel_count();
+            for (const Run& run : runs) {
+                for (std::size_t k = run.begin; k < run.end; ++k) {
+                    mine[c][k] = plane[run.at + (k - run.begin)];
+                }
+            }
+            std::copy_n(result.planes.data() + c * n + begin, count, other[c].data());
+        }
+        MergeMoments(other, &mine);
+        for (std::size_t c = 0; c < kFilmChannelCount; ++c) {
+            float* plane = data_.data() + c * pixel_count();
+            for (const Run& run : runs) {
+                for (std::size_t k = run.begin; k < run.end; ++k) {
+                    plane[run.at + (k - run.begin)] = mine[c][k];
+                }
             }
         }
     }

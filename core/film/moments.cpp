@@ -45,52 +45,6 @@ void PixelMoments::Add(std::uint32_t index, const PixelSample& sample) {
     max_luminance_ = std::max(max_luminance_, sample.indirect_luminance);
 }
 
-void PixelMoments::Merge(const PixelMoments& later) {
-    for (std::size_t half = 0; half < 2; ++half) {
-        const double n = color_[half][0].n + later.color_[half][0].n;
-        const double share = n > 0 ? later.color_[half][0].n / n : 0;
-        for (std::size_t f = 0; f < kFeatureCount; ++f) {
-            feature_mean_[half][f] +=
-                (later.feature_mean_[half][f] - feature_mean_[half][f]) * share;
-        }
-        for (std::size_t c = 0; c < 3; ++c) {
-            color_[half][c].Merge(later.color_[half][c]);
-        }
-    }
-    for (std::size_t f = 0; f < kFeatureCount; ++f) {
-        feature_[f].Merge(later.feature_[f]);
-    }
-    bad_ += later.bad_;
-    max_luminance_ = std::max(max_luminance_, later.max_luminance_);
-}
-
-std::uint32_t PixelMoments::next_index() const {
-    return static_cast<std::uint32_t>(color_[0][0].n + color_[1][0].n + bad_);
-}
-
-PixelMoments PixelMoments::Load(const float* data, std::size_t stride) {
-    const auto at = [&](std::size_t channel) {
-        return static_cast<double>(data[channel * stride]);
-    };
-    PixelMoments p;
-    const double n[2] = {at(kCountA), at(kCountB)};
-    for (std::size_t c = 0; c < 3; ++c) {
-        p.color_[0][c] = {n[0], at(kMeanA + c), at(kM2A + c)};
-        p.color_[1][c] = {n[1], at(kMeanB + c), at(kM2B + c)};
-    }
-    const double total = n[0] + n[1];
-    for (std::size_t f = 0; f < kFeatureCount; ++f) {
-        p.feature_mean_[0][f] = at(kFeatureMeanA + f);
-        p.feature_mean_[1][f] = at(kFeatureMeanB + f);
-        const double mean =
-            total > 0 ? (n[0] * p.feature_mean_[0][f] + n[1] * p.feature_mean_[1][f]) / total : 0;
-        p.feature_[f] = {total, mean, at(kFeatureM2 + f)};
-    }
-    p.bad_ = at(kBadCount);
-    p.max_luminance_ = data[kMaxLuminance * stride];
-    return p;
-}
-
 void PixelMoments::Store(float* data, std::size_t stride) const {
     const auto put = [&](std::size_t channel, double value) {
         data[channel * stride] = static_cast<float>(value);

@@ -31,20 +31,13 @@ struct Moments {
 };
 
 // Everything that the film keeps of one pixel, in double while it is added up; stored and sent as
-// kFilmChannelCount floats. Merging is not associative in the last bit, so that whoever merges does
-// it in order of sample index.
+// kFilmChannelCount floats.
 class PixelMoments {
   public:
     // `index` is the global sample index: its parity is the half. A sample with a NaN or an
     // infinity is counted as bad and leaves no other trace.
     void Add(std::uint32_t index, const PixelSample& sample);
-    void Merge(const PixelMoments& later);
-
-    // Samples asked for so far, bad ones included: the index of the pixel's next sample.
-    std::uint32_t next_index() const;
-
-    // Reads and writes channel c at data[c * stride].
-    static PixelMoments Load(const float* data, std::size_t stride);
+    // Writes channel c at data[c * stride].
     void Store(float* data, std::size_t stride) const;
 
   private:

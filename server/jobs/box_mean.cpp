@@ -2,28 +2,27 @@
 
 #include <algorithm>
 
+#include "core/base/clones.h"
 #include "core/base/parallel.h"
 
 namespace relume::jobs {
 namespace {
 
-constexpr std::size_t kBox = 21;  // pixels a side; a multiple of 3
+constexpr std::size_t kBox = 21;  // pixels a side: seven times three
 constexpr std::size_t kRadius = kBox / 2;
 
 // Sums of kBox neighbours: out[i] = in[i] + ... + in[i + kBox - 1], each a row of `width` values,
 // by way of sums of three, which are left in `in`. No running sums: what a firefly adds to one and
 // takes out again would leave a trace. `in` has `count` + kBox - 1 rows.
-void BoxSums(std::size_t count, std::size_t width, std::vector<double>* in,
-             std::vector<double>* out) {
-    double* t = in->data();
+RELUME_CLONES void BoxSums(std::size_t count, std::size_t width, double* __restrict in,
+                           double* __restrict out) {
     for (std::size_t i = 0; i < (count + kBox - 3) * width; ++i) {
-        t[i] += t[i + width] + t[i + 2 * width];
+        in[i] += in[i + width] + in[i + 2 * width];
     }
-    std::fill(out->begin(), out->end(), 0.0);
-    for (std::size_t offset = 0; offset < kBox; offset += 3) {
-        for (std::size_t i = 0; i < count * width; ++i) {
-            (*out)[i] += t[i + offset * width];
-        }
+    const std::size_t w3 = 3 * width;
+    for (std::size_t i = 0; i < count * width; ++i) {
+        out[i] = in[i] + in[i + w3] + in[i + 2 * w3] + in[i + 3 * w3] + in[i + 4 * w3] +
+                 in[i + 5 * w3] + in[i + 6 * w3];
     }
 }
 
@@ -42,7 +41,7 @@ std::vector<float> BoxMean(const std::vector<float>& plane, int width, int heigh
             padded.assign(w + kBox - 1, 0.0);
             std::copy_n(plane.begin() + static_cast<std::ptrdiff_t>(y * w), w,
                         padded.begin() + kRadius);
-            BoxSums(w, 1, &padded, &sums);
+            BoxSums(w, 1, padded.data(), sums.data());
             std::copy(sums.begin(), sums.end(), rows.begin() + static_cast<std::ptrdiff_t>(y * w));
         }
     });
@@ -54,7 +53,7 @@ std::vector<float> BoxMean(const std::vector<float>& plane, int width, int heigh
             std::copy_n(rows.begin() + static_cast<std::ptrdiff_t>(y * w + x0), strip,
                         padded.begin() + static_cast<std::ptrdiff_t>((y + kRadius) * strip));
         }
-        BoxSums(h, strip, &padded, &sums);
+        BoxSums(h, strip, padded.data(), sums.data());
         for (std::size_t y = 0; y < h; ++y) {
             for (std::size_t k = 0; k < strip; ++k) {
                 const auto pixels = static_cast<double>(covered(x0 + k, w) * covered(y, h));

@@ -103,7 +103,9 @@ BudgetedPlanner::Pass BudgetedPlanner::NextPass(const Input& input) {
         // for the forecast: each costs time, if there is a filter its run.
         const bool wanted = budgets_.target || !estimators_.error || errors_.empty();
         if (wanted && rest_.empty() && View() != FilmView::kNothing) {
+            const double before = input.seconds();
             errors_.push_back({state.planned, ErrorWhenAllIsIn(input)});
+            pass.filter_seconds += input.seconds() - before;
             pass.error = errors_.back();
         }
     }
@@ -116,7 +118,7 @@ BudgetedPlanner::Pass BudgetedPlanner::NextPass(const Input& input) {
         return pass;
     }
     const bool own = rest_.empty() && state.planned > 0;
-    pass.plan = WithinAllowance(input, allowed.samples, state.planned);
+    pass.plan = WithinAllowance(input, allowed.samples, state.planned, &pass.filter_seconds);
     if (own) {
         plan_seconds_ = input.seconds() - state.seconds;
     }
@@ -140,7 +142,7 @@ BudgetedPlanner::Pass BudgetedPlanner::NextPass(const Input& input) {
 }
 
 Plan BudgetedPlanner::WithinAllowance(const Input& input, std::uint64_t allowed,
-                                      std::uint64_t planned) {
+                                      std::uint64_t planned, double* filter_seconds) {
     if (!rest_.empty()) {
         Plan plan;
         plan.counts = std::exchange(rest_, {});
@@ -157,7 +159,14 @@ Plan BudgetedPlanner::WithinAllowance(const Input& input, std::uint64_t allowed,
         allowed =
             budgets_.samples.value_or(std::uint64_t{kMaxPixelSamples} * input.film.pixel_count());
     }
-    Plan plan = planner_->NextPass({input.film, allowed, input.planned, input.guide});
+    const Guide timed = [&](const Film& film, double samples) {
+        const double before = input.seconds();
+        auto guide = (*input.guide)(film, samples);
+        *filter_seconds += input.seconds() - before;
+        return guide;
+    };
+    Plan plan = planner_->NextPass(
+        {input.film, allowed, input.planned, input.guide != nullptr ? &timed : nullptr});
     if (plan.counts.empty()) {
         return plan;
     }

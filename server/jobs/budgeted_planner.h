@@ -51,6 +51,7 @@ class BudgetedPlanner {
         // Estimated, of the image that all planned samples would make.
         std::optional<ErrorPoint> error;
         double finish_seconds = 0;
+        double filter_seconds = 0;             // spent in the guide and in estimates of the error
         std::optional<double> expected_error;  // after this pass
     };
     // The first pass shows no film: it is the planner's first, at least min_spp a pixel. With a
@@ -60,7 +61,8 @@ class BudgetedPlanner {
 
   private:
     double ErrorWhenAllIsIn(const Input& input) const;
-    Plan WithinAllowance(const Input& input, std::uint64_t allowed, std::uint64_t planned);
+    Plan WithinAllowance(const Input& input, std::uint64_t allowed, std::uint64_t planned,
+                         double* filter_seconds);
     void RaiseToMinimum(std::uint64_t allowed, std::vector<std::uint32_t>* counts) const;
     // False if nothing is left.
     bool CapPixels(const Input& input, Plan* plan) const;

@@ -235,6 +235,7 @@ void Job::Planned(PlanResult result, TimePoint now) {
     }
     planning_ = Planning::kNone;
     info_.plan_seconds += result.seconds;
+    info_.plan_filter_seconds += result.filter_seconds;
     if (!result.failure.empty()) {
         Fail(result.failure, now);
         return;

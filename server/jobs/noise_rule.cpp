@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/base/clones.h"
 #include "core/base/parallel.h"
 #include "server/jobs/box_mean.h"
 #include "server/jobs/variance_level.h"
@@ -13,6 +14,7 @@ namespace {
 
 constexpr float kEpsilon = 1e-3f;
 constexpr int kRadius = 4;
+constexpr int kStrip = 128;  // pixels of a row at a time: their planes stay in the nearest cache
 constexpr float kFromAround = 0.5f, kFromAll = 0.01f;
 // Squared distances at which a neighbour counts a quarter. Depth: relative.
 constexpr float kAlbedoApart = 0.02f, kNormalApart = 0.1f, kDepthApart = 0.01f;
@@ -42,9 +44,10 @@ Planes ReadPlanes(const Film& film) {
     for (auto* plane : {&planes.inverse_depth2, &planes.samples, &planes.freedom}) {
         plane->resize(pixels);
     }
+    const auto count_a = film.Plane(kCountA), count_b = film.Plane(kCountB);
     for (std::size_t i = 0; i < pixels; ++i) {
         planes.inverse_depth2[i] = 1 / (kDepthApart * planes.depth[i] * planes.depth[i] + 1e-30f);
-        planes.samples[i] = film.SampleCount(i);
+        planes.samples[i] = count_a[i] + count_b[i];
         planes.freedom[i] = std::max(0.0f, planes.samples[i] - 2);
     }
     for (int c = 0; c < 3; ++c) {
@@ -54,9 +57,10 @@ Planes ReadPlanes(const Film& film) {
         planes.m2[k].resize(pixels);
         planes.sum[k].resize(pixels);
         const auto a = film.Plane(kM2A + c), b = film.Plane(kM2B + c);
+        const auto mean_a = film.Plane(kMeanA + c), mean_b = film.Plane(kMeanB + c);
         for (std::size_t i = 0; i < pixels; ++i) {
             planes.m2[k][i] = level[k][i] * (a[i] + b[i]);
-            planes.sum[k][i] = planes.samples[i] * film.Mean(i)[c];
+            planes.sum[k][i] = count_a[i] * mean_a[i] + count_b[i] * mean_b[i];
         }
     }
     return planes;
@@ -74,39 +78,78 @@ struct Row {
 
 float Square(float x) { return x * x; }
 
-// Adds what pixels [j, j + count) give to those at [i, i + count), which are [x, x + count) of the
-// row.
+// What a pixel is compared by, and what it gives to its neighbours, each at the first pixel of a
+// row or of a part of it.
+struct Compared {
+    const float *a0, *a1, *a2, *n0, *n1, *n2, *depth;
+};
+struct Given {
+    const float *samples, *freedom, *v0, *v1, *v2, *s0, *s1, *s2;
+};
+
+Compared ComparedAt(const Planes& p, std::size_t i) {
+    return {p.albedo[0].data() + i, p.albedo[1].data() + i, p.albedo[2].data() + i,
+            p.normal[0].data() + i, p.normal[1].data() + i, p.normal[2].data() + i,
+            p.depth.data() + i};
+}
+
+// Adds what the `count` neighbours `there` give to the pixels `here`.
+RELUME_CLONES void AddNeighbours(const Compared& here, const float* inverse_depth2,
+                                 const Compared& there, const Given& given, std::size_t count,
+                                 float* __restrict samples, float* __restrict freedom,
+                                 float* __restrict v0, float* __restrict v1, float* __restrict v2,
+                                 float* __restrict s0, float* __restrict s1, float* __restrict s2) {
+    for (std::size_t k = 0; k < count; ++k) {
+        const float a0 = here.a0[k] - there.a0[k], a1 = here.a1[k] - there.a1[k];
+        const float a2 = here.a2[k] - there.a2[k], n0 = here.n0[k] - there.n0[k];
+        const float n1 = here.n1[k] - there.n1[k], n2 = here.n2[k] - there.n2[k];
+        const float depth = here.depth[k] - there.depth[k];
+        const float apart = 1 + (a0 * a0 + a1 * a1 + a2 * a2 + n0 * n0 + n1 * n1 + n2 * n2 +
+                                 depth * depth * inverse_depth2[k]);
+        const float weight = 1 / (apart * apart);
+        samples[k] += weight * given.samples[k];
+        freedom[k] += weight * given.freedom[k];
+        v0[k] += weight * given.v0[k];
+        v1[k] += weight * given.v1[k];
+        v2[k] += weight * given.v2[k];
+        s0[k] += weight * given.s0[k];
+        s1[k] += weight * given.s1[k];
+        s2[k] += weight * given.s2[k];
+    }
+}
+
+// The same for pixels [i, i + count), [x, x + count) of their row, and neighbours [j, j + count).
 void AddNeighbours(const Planes& p, std::size_t i, std::size_t j, std::size_t x, std::size_t count,
                    Row* row) {
-    const auto at = [](const std::vector<float>& v, std::size_t first) { return v.data() + first; };
-    const float *a0 = at(p.albedo[0], 0), *a1 = at(p.albedo[1], 0), *a2 = at(p.albedo[2], 0);
-    const float *n0 = at(p.normal[0], 0), *n1 = at(p.normal[1], 0), *n2 = at(p.normal[2], 0);
-    const float *depth = at(p.depth, 0), *inverse = at(p.inverse_depth2, i);
-    const float *samples = at(p.samples, j), *freedom = at(p.freedom, j);
-    const float *v0 = at(p.m2[0], j), *v1 = at(p.m2[1], j), *v2 = at(p.m2[2], j);
-    const float *s0 = at(p.sum[0], j), *s1 = at(p.sum[1], j), *s2 = at(p.sum[2], j);
-    float* __restrict out_samples = row->samples.data() + x;
-    float* __restrict out_freedom = row->freedom.data() + x;
-    float* __restrict out_v0 = row->m2[0].data() + x;
-    float* __restrict out_v1 = row->m2[1].data() + x;
-    float* __restrict out_v2 = row->m2[2].data() + x;
-    float* __restrict out_s0 = row->sum[0].data() + x;
-    float* __restrict out_s1 = row->sum[1].data() + x;
-    float* __restrict out_s2 = row->sum[2].data() + x;
-    for (std::size_t k = 0; k < count; ++k) {
-        const float apart = Square(a0[i + k] - a0[j + k]) + Square(a1[i + k] - a1[j + k]) +
-                            Square(a2[i + k] - a2[j + k]) + Square(n0[i + k] - n0[j + k]) +
-                            Square(n1[i + k] - n1[j + k]) + Square(n2[i + k] - n2[j + k]) +
-                            Square(depth[i + k] - depth[j + k]) * inverse[k];
-        const float weight = 1 / Square(1 + apart);
-        out_samples[k] += weight * samples[k];
-        out_freedom[k] += weight * freedom[k];
-        out_v0[k] += weight * v0[k];
-        out_v1[k] += weight * v1[k];
-        out_v2[k] += weight * v2[k];
-        out_s0[k] += weight * s0[k];
-        out_s1[k] += weight * s1[k];
-        out_s2[k] += weight * s2[k];
+    const Given given = {p.samples.data() + j, p.freedom.data() + j, p.m2[0].data() + j,
+                         p.m2[1].data() + j,   p.m2[2].data() + j,   p.sum[0].data() + j,
+                         p.sum[1].data() + j,  p.sum[2].data() + j};
+    AddNeighbours(ComparedAt(p, i), p.inverse_depth2.data() + i, ComparedAt(p, j), given, count,
+                  row->samples.data() + x, row->freedom.data() + x, row->m2[0].data() + x,
+                  row->m2[1].data() + x, row->m2[2].data() + x, row->sum[0].data() + x,
+                  row->sum[1].data() + x, row->sum[2].data() + x);
+}
+
+// The neighbours of the pixels of one row, or of a part of it: every second one, as on a chess
+// board, is as good as all.
+void AddAround(const Planes& planes, int width, int height, const TileRect& part, Row* row) {
+    const int y = part.y0;
+    const auto at = [&](int x, int line) {
+        return static_cast<std::size_t>(line) * static_cast<std::size_t>(width) +
+               static_cast<std::size_t>(x);
+    };
+    for (int dy = std::max(-kRadius, -y); dy <= std::min(kRadius, height - 1 - y); ++dy) {
+        for (int dx = -kRadius; dx <= kRadius; ++dx) {
+            if ((dx == 0 && dy == 0) || (dx + dy) % 2 != 0) {
+                continue;
+            }
+            const int first = std::max(part.x0, -dx), last = std::min(part.x1, width - dx);
+            if (first < last) {
+                AddNeighbours(planes, at(first, y), at(first + dx, y + dy),
+                              static_cast<std::size_t>(first),
+                              static_cast<std::size_t>(last - first), row);
+            }
+        }
     }
 }
 
@@ -118,24 +161,9 @@ std::vector<float> PoolNeighbours(const Film& film) {
     ParallelFor(0, static_cast<std::size_t>(height), 4, [&](std::size_t y0, std::size_t y1) {
         for (int y = static_cast<int>(y0); y < static_cast<int>(y1); ++y) {
             Row row(static_cast<std::size_t>(width));
-            for (int dy = std::max(-kRadius, -y); dy <= std::min(kRadius, height - 1 - y); ++dy) {
-                for (int dx = -kRadius; dx <= kRadius; ++dx) {
-                    // Every second one, as on a chess board, is as good as all.
-                    if ((dx == 0 && dy == 0) || (dx + dy) % 2 != 0) {
-                        continue;
-                    }
-                    const int first = std::max(0, -dx), last = std::min(width, width - dx);
-                    if (first < last) {
-                        const auto i =
-                            static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
-                            static_cast<std::size_t>(first);
-                        const auto j =
-                            static_cast<std::size_t>(y + dy) * static_cast<std::size_t>(width) +
-                            static_cast<std::size_t>(first + dx);
-                        AddNeighbours(planes, i, j, static_cast<std::size_t>(first),
-                                      static_cast<std::size_t>(last - first), &row);
-                    }
-                }
+            for (int x0 = 0; x0 < width; x0 += kStrip) {
+                AddAround(planes, width, height, {x0, y, std::min(width, x0 + kStrip), y + 1},
+                          &row);
             }
             for (std::size_t x = 0; x < static_cast<std::size_t>(width); ++x) {
                 const std::size_t i =

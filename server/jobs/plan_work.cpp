@@ -30,6 +30,7 @@ void MakePlan(const PlanWork& work, const Clock& clock, TimePoint start, PlanRes
     result->error = pass.error;
     result->expected_error = pass.expected_error;
     result->finish_seconds = pass.finish_seconds;
+    result->filter_seconds = pass.filter_seconds;
     result->selector = std::move(pass.plan.selector);
     result->decisions = std::move(pass.plan.decisions);
     if (result->stop) {

@@ -42,8 +42,9 @@ struct PlanResult {
     std::shared_ptr<const std::vector<std::uint32_t>> planned;  // with this pass
     std::vector<float> selector;                                // as in Plan
     std::vector<Decision> decisions;
-    std::string failure;  // not empty: why the job has failed, for people
-    double seconds = 0;   // that it took
+    std::string failure;        // not empty: why the job has failed, for people
+    double seconds = 0;         // that it took
+    double filter_seconds = 0;  // of these, as in BudgetedPlanner::Pass
 };
 
 // Plans the pass and cuts it into units. Failures of the planner are in the result.

@@ -135,6 +135,7 @@ void InfoToProto(const jobs::JobInfo& info, const WallClock& wall, v1::Job* job)
     }
     job->set_render_seconds(info.render_seconds);
     job->set_plan_seconds(info.plan_seconds);
+    job->set_plan_filter_seconds(info.plan_filter_seconds);
     job->set_merge_seconds(info.merge_seconds);
     job->mutable_notes()->Assign(info.notes.begin(), info.notes.end());
     ExpectationsToProto(info, job);

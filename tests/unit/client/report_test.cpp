@@ -25,6 +25,7 @@ v1::Job MakeJob() {
     job.set_rays(120'000);
     job.set_render_seconds(2);
     job.set_plan_seconds(0.25);
+    job.set_plan_filter_seconds(0.125);
     job.set_merge_seconds(0.0625);
     job.set_relmse(0.25);
     auto* pass = job.add_passes();
@@ -89,6 +90,7 @@ TEST(Report, TellsWhatTheJobTells) {
     EXPECT_EQ(report["image"]["sha256"], "abc");
     EXPECT_EQ(report["passes"][0]["plan_seconds"], 0.125);
     EXPECT_EQ(report["seconds"]["planning"], 0.25);
+    EXPECT_EQ(report["seconds"]["planning_filter"], 0.125);
     EXPECT_EQ(report["seconds"]["merging"], 0.0625);
     EXPECT_EQ(report["seconds"]["wait"], 0.5);  // 3 - 2 - 0.5
 }

@@ -8,6 +8,7 @@
 #include <set>
 #include <vector>
 
+#include "core/film/merge_moments.h"
 #include "tests/unit/film/samples.h"
 
 namespace relume {
@@ -19,6 +20,24 @@ Planes Stored(const PixelMoments& moments) {
     Planes planes{};
     moments.Store(planes.data(), 1);
     return planes;
+}
+
+void Put(const Planes& planes, std::size_t pixel, MomentsBlock* block) {
+    for (std::size_t c = 0; c < planes.size(); ++c) {
+        (*block)[c][pixel] = planes[c];
+    }
+}
+
+Planes Merged(const Planes& planes, const Planes& later) {
+    MomentsBlock block{}, more{};
+    Put(planes, 0, &block);
+    Put(later, 0, &more);
+    MergeMoments(more, &block);
+    Planes merged{};
+    for (std::size_t c = 0; c < merged.size(); ++c) {
+        merged[c] = block[c][0];
+    }
+    return merged;
 }
 
 TEST(Moments, AreThoseOfTheTextbook) {
@@ -113,44 +132,55 @@ TEST(PixelMoments, HalvesAreByParityOfTheIndex) {
     EXPECT_EQ(planes[int{kFeatureMeanA} + kDepth], 22);
     EXPECT_EQ(planes[int{kFeatureMeanB} + kDepth], 22);
     EXPECT_EQ(planes[int{kFeatureM2} + kDepth], 8);  // 20, 22, 24
-    EXPECT_EQ(moments.next_index(), 3u);
 }
 
-TEST(PixelMoments, MergeEqualsAddingAll) {
+TEST(MergeMoments, EqualsAddingAll) {
     const Planes all = Stored(MakeMoments(3, 0, 40));
     for (std::uint32_t cut = 0; cut <= 40; ++cut) {
-        PixelMoments merged = MakeMoments(3, 0, cut);
-        merged.Merge(MakeMoments(3, cut, 40 - cut));
-        const Planes planes = Stored(merged);
+        const Planes planes =
+            Merged(Stored(MakeMoments(3, 0, cut)), Stored(MakeMoments(3, cut, 40 - cut)));
         for (std::size_t c = 0; c < planes.size(); ++c) {
-            // Sums of doubles in another order, rounded to float.
+            // Sums in another order, rounded to float.
             EXPECT_NEAR(planes[c], all[c], 1e-6f * std::max(1.0f, all[c]))
                 << FilmChannelNames()[c] << ", cut at " << cut;
         }
     }
 }
 
-TEST(PixelMoments, StoredAndLoadedMomentsGoOn) {
+TEST(MergeMoments, GoesOnFromRoundedOnes) {
     // Rounded to float at each of five merges.
-    PixelMoments merged;
+    Planes planes{};
     for (std::uint32_t first = 0; first < 40; first += 8) {
-        const Planes later = Stored(MakeMoments(3, first, 8)), before = Stored(merged);
-        merged = PixelMoments::Load(before.data(), 1);
-        merged.Merge(PixelMoments::Load(later.data(), 1));
+        planes = Merged(planes, Stored(MakeMoments(3, first, 8)));
     }
-    EXPECT_EQ(merged.next_index(), 40u);
-    const Planes planes = Stored(merged), all = Stored(MakeMoments(3, 0, 40));
+    const Planes all = Stored(MakeMoments(3, 0, 40));
     for (std::size_t c = 0; c < planes.size(); ++c) {
         EXPECT_NEAR(planes[c], all[c], 2e-6f * std::max(1.0f, all[c])) << FilmChannelNames()[c];
     }
 }
 
-TEST(PixelMoments, LoadReadsWhatStoreWroteAtAnyStride) {
-    std::vector<float> data(kFilmChannelCount * 5, -1);
-    MakeMoments(1, 0, 9).Store(data.data() + 2, 5);
-    const Planes direct = Stored(MakeMoments(1, 0, 9));
-    EXPECT_EQ(Stored(PixelMoments::Load(data.data() + 2, 5)), direct);
-    EXPECT_EQ(std::count(data.begin(), data.end(), -1.0f), kFilmChannelCount * 4);
+TEST(MergeMoments, NothingChangesNothing) {
+    const Planes some = Stored(MakeMoments(1, 0, 9)), none{};
+    EXPECT_EQ(Merged(some, none), some);
+    EXPECT_EQ(Merged(none, some), some);
+}
+
+TEST(MergeMoments, PixelsOfABlockAreApart) {
+    MomentsBlock block{}, later{};
+    for (std::size_t k = 0; k < kMomentsBlock; ++k) {
+        const auto pixel = static_cast<std::uint32_t>(k);
+        Put(Stored(MakeMoments(pixel, 0, pixel % 7)), k, &block);
+        Put(Stored(MakeMoments(pixel, pixel % 7, pixel % 5)), k, &later);
+    }
+    MergeMoments(later, &block);
+    for (std::size_t k = 0; k < kMomentsBlock; ++k) {
+        const auto pixel = static_cast<std::uint32_t>(k);
+        const Planes alone = Merged(Stored(MakeMoments(pixel, 0, pixel % 7)),
+                                    Stored(MakeMoments(pixel, pixel % 7, pixel % 5)));
+        for (std::size_t c = 0; c < alone.size(); ++c) {
+            EXPECT_EQ(block[c][k], alone[c]);
+        }
+    }
 }
 
 TEST(PixelMoments, BadSamplesAreCountedAndLeaveNoOtherTrace) {
@@ -169,13 +199,9 @@ TEST(PixelMoments, BadSamplesAreCountedAndLeaveNoOtherTrace) {
     moments.Add(8, sample);
     Planes planes = Stored(moments);
     EXPECT_EQ(planes[kBadCount], 3);
-    EXPECT_EQ(moments.next_index(), 9u);
     planes[kBadCount] = 0;
     EXPECT_EQ(planes, before);
-    PixelMoments merged = MakeMoments(2, 0, 6);
-    merged.Merge(moments);
-    EXPECT_EQ(merged.next_index(), 15u);
-    EXPECT_EQ(Stored(merged)[kBadCount], 3);
+    EXPECT_EQ(Merged(before, Stored(moments))[kBadCount], 3);
 }
 
 TEST(PixelMoments, TheSquareOfAHugeSampleStaysFinite) {
@@ -188,9 +214,7 @@ TEST(PixelMoments, TheSquareOfAHugeSampleStaysFinite) {
     Planes planes = Stored(moments);
     EXPECT_THAT(planes, testing::Each(testing::Truly([](float x) { return std::isfinite(x); })));
     EXPECT_EQ(planes[kBadCount], 0);
-    PixelMoments merged = PixelMoments::Load(planes.data(), 1);
-    merged.Merge(merged);
-    EXPECT_THAT(Stored(merged),
+    EXPECT_THAT(Merged(planes, planes),
                 testing::Each(testing::Truly([](float x) { return std::isfinite(x); })));
 }
 

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstddef>
+
+namespace relume::denoise {
+
+// The inner loops of non-local means: plain functions of arrays, compiled once for each instruction
+// set, which give the same bits. Rows may be read and written up to kNlmLanes - 1 floats beyond
+// their width.
+inline constexpr int kNlmLanes = 16;
+inline constexpr int kNlmChannels = 3;  // of a guide, at most
+
+// Planes of a guide at the first pixel of a region, and what a distance is made of (NlmOptions).
+struct NlmPair {
+    const float* value[kNlmChannels];
+    const float* variance[kNlmChannels];
+    int channels;
+    std::ptrdiff_t stride;  // of the guide's rows
+    std::ptrdiff_t shift;   // from a pixel to its neighbour
+    float alpha, k_squared, epsilon, largest;
+};
+
+struct NlmKernels {
+    const char* name;
+    // Distances without patch, mean over channels, for the pixels q of a region of width x height:
+    // forward[q] of q to q + shift, backward[q] of q + shift to q.
+    void (*pair)(const NlmPair& pair, int width, int height, float* forward, float* backward,
+                 std::ptrdiff_t stride);
+    // The same of q to the mean of q + shift and q - shift.
+    void (*between)(const NlmPair& pair, int width, int height, float* out, std::ptrdiff_t stride);
+    // out = (sum over the (2 radius + 1)^2 window of `in`) x across[x] x down[y], or the larger of
+    // that and `out`. `in` points at the pixel of out[0]; `row` has width + 2 radius + kNlmLanes
+    // floats.
+    void (*box)(const float* in, std::ptrdiff_t in_stride, int radius, int width, int height,
+                const float* across, const float* down, bool keep_larger, float* row, float* out,
+                std::ptrdiff_t stride);
+    // exp(-max(0, distance)), in place; below exp(-40) it is 0.
+    void (*weights)(float* plane, std::ptrdiff_t stride, int width, int height);
+    // The pairwise symmetric trick on the weights of both directions, in place; `between` holds
+    // distances.
+    void (*symmetric)(float* forward, float* backward, const float* between, std::ptrdiff_t stride,
+                      int width, int height);
+    // Weights below `floor` become 0.
+    void (*cut)(float* plane, std::ptrdiff_t stride, int width, int height, float floor);
+    // sum += weight x in.
+    void (*accumulate)(const float* weight, std::ptrdiff_t weight_stride, const float* in,
+                       std::ptrdiff_t in_stride, int width, int height, float* sum,
+                       std::ptrdiff_t sum_stride);
+};
+
+// Lane widths of 4, 8 and 16 floats. Those that this processor lacks must not be called.
+extern const NlmKernels kNlmBaselineKernels;
+#if RELUME_WIDE_KERNELS
+extern const NlmKernels kNlmAvx2Kernels, kNlmAvx512Kernels;
+#endif
+
+// The widest that this processor has.
+const NlmKernels& BestNlmKernels();
+// All that this processor has, baseline first.
+struct NlmKernelList {
+    const NlmKernels* list[3];
+    int size;
+};
+NlmKernelList UsableNlmKernels();
+
+}  // namespace relume::denoise

@@ -1,0 +1,108 @@
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "core/film/tile.h"
+#include "server/denoise/frame.h"
+#include "server/denoise/nlm_kernels.h"
+
+namespace relume::denoise {
+
+// Distances and weights of non-local means (methods 1.4; Rousselle, Knaus, Zwicker 2012). For pixel
+// i and its neighbour j = i + d, and a channel u with variance v:
+//   D = ((u_i - u_j)^2 - alpha (v_i + min(v_i, v_j))) / (epsilon + k^2 (v_i + v_j)),
+// at most `largest`; then the mean over the channels; then the mean over the patch, all pixels
+// within `patch` of i: where i or j lies outside of the image the pair has no part in it. The
+// weight is exp(-max(0, D)), 0 for a neighbour outside of the image.
+inline constexpr float kNlmOutside = 1e30f;  // distance of a neighbour outside
+
+struct NlmOptions {
+    float k = 0.45f;
+    float alpha = 1;
+    float epsilon = 1e-10f;
+    float largest = 1e4f;  // keeps a firefly's distance finite
+    int patch = 3;         // pixels: (2 patch + 1)^2
+    // Each channel has a patch distance of its own, and the largest counts: the least weight.
+    bool least_of_channels = false;
+    // The pairwise trick: with w1, w2 the weights of i + d and i - d, and ws that of their mean
+    // (whose variance is a quarter of the sum), both become r ws + (1 - r) w, r = ws / (w1 + w2) -
+    // 1 within [0, 1]. Linear gradients, which weights flatten, are kept. Not where a neighbour
+    // lies outside.
+    bool symmetric = false;
+    int weight_patch = 0;    // pixels: weights become their mean over such a patch
+    float least_weight = 0;  // what is below then becomes 0
+};
+
+// What the weights are taken from: 1 to 3 planes of width x height and their variances.
+struct NlmGuide {
+    int width = 0, height = 0;
+    std::vector<const Plane*> value, variance;
+    float variance_scale = 1;  // 2: the variances are a frame's, the values a half's
+
+    NlmGuide() = default;
+    // Colour or any other three planes; those of `frame` itself.
+    NlmGuide(int width_, int height_, const Plane (&value_)[3], const Plane (&variance_)[3],
+             float scale = 1);
+};
+
+// One of each pair (dx, dy), (-dx, -dy) of the window but (0, 0), in reading order.
+std::vector<std::pair<int, int>> HalfWindow(int radius);
+
+// The weights in one tile, one offset after another, with scratch memory of its own: one for each
+// thread. All results are the same bits for any tile and instruction set.
+class NlmWeights {
+  public:
+    // For tiles of at most max_width x max_height pixels and offsets of at most `radius` in x and
+    // y.
+    NlmWeights(const NlmOptions& options, int radius, int max_width, int max_height,
+               const NlmKernels& kernels = BestNlmKernels());
+
+    // Copies what the tile needs of the guide; `tile` lies in the image.
+    void Load(const NlmGuide& guide, const TileRect& tile);
+
+    // Weights of offset (dx, dy), not (0, 0): forward() of the neighbour at +(dx, dy), backward()
+    // of that at -(dx, dy). Both cost little more than one.
+    void ComputeWeights(int dx, int dy);
+    // As ComputeWeights, but patch distances; kNlmOutside where there is no neighbour. If
+    // `symmetric`, between() holds the distance to the mean of both neighbours.
+    void ComputeDistances(int dx, int dy);
+
+    // At the tile's first pixel, rows stride() apart; valid until the next Compute.
+    float* forward() { return At(forward_); }
+    float* backward() { return At(backward_); }
+    float* between() { return At(between_); }
+    std::ptrdiff_t stride() const { return out_stride_; }
+
+    // The weights of all offsets, 1 for the pixel itself: that of pixel (x, y) of the tile for
+    // offset (dx, dy) at out[(((dy + radius) (2 radius + 1) + dx + radius) height + y) width + x].
+    void ComputeAllWeights(float* out);
+
+  private:
+    float* At(std::vector<float>& plane) {
+        return plane.data() + options_.weight_patch * (out_stride_ + 1);
+    }
+    TileRect Inside(int dx, int dy) const;
+    NlmPair PairAt(const TileRect& area, int dx, int dy, int first, int count) const;
+    void FillInverseCounts(const TileRect& area, const TileRect& keep, int patch);
+    void MaskOutside(float* plane, std::ptrdiff_t stride, const TileRect& area,
+                     const TileRect& keep, float outside) const;
+    void BoxInto(const float* raw, const TileRect& raw_area, const TileRect& keep, bool keep_larger,
+                 std::vector<float>* out);
+    void SmoothWeights(const TileRect& keep, std::vector<float>* plane);
+
+    NlmOptions options_;
+    int radius_, halo_;
+    const NlmKernels& kernels_;
+    int image_width_ = 0, image_height_ = 0;
+    TileRect tile_;
+    int channels_ = 0;
+    std::ptrdiff_t guide_stride_, raw_stride_, out_stride_;
+    std::size_t guide_size_;
+    std::vector<float> guide_;   // values, then variances, with the halo
+    std::vector<float> raw_[2];  // distances without patch
+    std::vector<float> row_, across_, down_;
+    std::vector<float> forward_, backward_, between_, smooth_;
+};
+
+}  // namespace relume::denoise

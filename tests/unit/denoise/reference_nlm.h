@@ -1,0 +1,31 @@
+#pragma once
+
+#include "server/denoise/nlm_weights.h"
+
+namespace relume::denoise {
+
+// The definition of NlmOptions pair by pair in double, one pixel at a time.
+class ReferenceNlm {
+  public:
+    ReferenceNlm(const NlmGuide& guide, const NlmOptions& options)
+        : guide_(guide), options_(options) {}
+
+    // Patch distance of pixel (x, y) to its neighbour at (dx, dy); kNlmOutside if there is none.
+    double Distance(int x, int y, int dx, int dy) const;
+    // Its weight, with all that the options ask for.
+    double Weight(int x, int y, int dx, int dy) const;
+    // Mean of `plane` by the weights over the window.
+    double Filter(const Plane& plane, int radius, int x, int y) const;
+
+  private:
+    bool Inside(int x, int y) const {
+        return x >= 0 && y >= 0 && x < guide_.width && y < guide_.height;
+    }
+    double PatchDistance(int x, int y, int dx, int dy, bool between) const;
+    double PairWeight(int x, int y, int dx, int dy) const;
+
+    const NlmGuide& guide_;
+    NlmOptions options_;
+};
+
+}  // namespace relume::denoise
