@@ -10,6 +10,7 @@ namespace relume::denoise {
 std::unique_ptr<Denoiser> MakeAuto(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeNone(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeBilateral(const ParamSet& params);
+std::unique_ptr<Denoiser> MakeGem(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeSbf(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeSbfGradient(const ParamSet& params);
 
@@ -37,6 +38,10 @@ constexpr struct {
      "                     printed: the paper's equations to the letter\n"
      "    taylor=8         printed only: terms of the gradient weight's series, 0 to 64; 0 = exp "
      "itself\n"},
+    {"gem", MakeGem,
+     "each pixel's Gaussian where less noise still outweighs more blur; Rousselle, Knaus,\n"
+     "             Zwicker 2011\n"
+     "    gamma=0.2        above 0, at most 0.5; more keeps more of detail and noise\n"},
     {"sbf", MakeSbf,
      "cross-bilateral filter on normal, albedo and depth, the window of each pixel by SURE; Li, "
      "Wu,\n"
