@@ -8,6 +8,8 @@ namespace relume::denoise {
 
 std::unique_ptr<Denoiser> MakeNone(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeBilateral(const ParamSet& params);
+std::unique_ptr<Denoiser> MakeNlm(const ParamSet& params);
+std::unique_ptr<Denoiser> MakeRd(const ParamSet& params);
 
 namespace {
 
@@ -29,6 +31,12 @@ constexpr struct {
      "                     printed: the paper's equations to the letter\n"
      "    taylor=8         printed only: terms of the gradient weight's series, 0 to 64; 0 = exp "
      "itself\n"},
+    {"nlm", MakeNlm,
+     "non-local means of each half by weights from the other; Rousselle, Knaus, Zwicker 2012\n"},
+    {"rd", MakeRd,
+     "robust denoising: the least of the weights by colour and by each prefiltered feature, three\n"
+     "                     candidates chosen by SURE, and once more; Rousselle, Manzi, Zwicker "
+     "2013\n"},
 };
 
 }  // namespace

@@ -99,14 +99,26 @@ TEST_P(EveryFilter, FewSamplesAreEnough) {
     }
 }
 
-// How far one sample of pixel (120, 70) is seen: window 16, choice by SURE blurred over 12. The
-// variance is regularised over 10, which robust mode's weights see through its guide, 2, and its
-// share is blurred over 24.
+// How far one sample of pixel (120, 70) is seen, pixels. The variance is regularised over 10.
+// bilateral: window 16, choice by SURE blurred over 12; robust mode's weights see the variance
+// through its guide, 2, and its share is blurred over 24. nlm: window 10, two patches of 3. rd:
+// features filtered over 5 by patches of 3 after their variance was regularised too, blurred over
+// 2, gradient 1, window 10; then its error is smoothed over 1 and the choice over 5, both by
+// patches of 3, the residual variance blurred over 2, and a second window is 5 by patches of 3.
+int HaloOf(std::string_view filter) {
+    if (filter == "nlm") {
+        return 10 + 10 + 3 + 3;
+    }
+    if (filter == "rd") {
+        return 10 + 5 + 3 + 2 + 1 + 10 + 1 + 5 + 2 + 5 + 3;
+    }
+    return filter.find("robust") != std::string_view::npos ? 10 + 2 + 16 + 12 + 24 : 16 + 12;
+}
+
 TEST_P(EveryFilter, OneBadSampleStaysInItsHalo) {
     const Truth truth{240, 140};
     constexpr int kX = 120, kY = 70;
-    const bool robust = std::string_view(GetParam()).find("robust") != std::string_view::npos;
-    const int halo = robust ? 10 + 2 + 16 + 12 + 24 : 16 + 12;
+    const int halo = HaloOf(GetParam());
     const Frame clean = FrameFromFilm(MakeFilm(truth, 4, 5));
     const Result reference = Filter(clean);
     for (const float value : {NAN, INFINITY, -INFINITY, 1e6f, 1e14f, 3e38f}) {
@@ -154,7 +166,7 @@ TEST_P(EveryFilter, APixelWithoutSamplesIsFilled) {
 INSTANTIATE_TEST_SUITE_P(Filters, EveryFilter,
                          testing::Values("none", "bilateral:mode=robust",
                                          "bilateral:mode=corrected", "bilateral:mode=printed",
-                                         "bilateral:mode=printed,taylor=0"),
+                                         "bilateral:mode=printed,taylor=0", "nlm", "rd"),
                          [](const auto& param) {
                              std::string name = param.param;
                              std::erase_if(name, [](char c) { return std::isalnum(c) == 0; });
@@ -163,7 +175,7 @@ INSTANTIATE_TEST_SUITE_P(Filters, EveryFilter,
 
 TEST(Filters, NothingInNothingOut) {
     const Frame frame = FrameFromFilm(MakeFilm(Truth{0, 0}, 4, 1));
-    for (const char* name : {"none", "bilateral"}) {
+    for (const char* name : {"none", "bilateral", "nlm", "rd"}) {
         const Result result = RunDenoiser(*MakeDenoiser(name), frame, CancelToken{});
         EXPECT_TRUE(result.color[0].empty());
         EXPECT_EQ(AssembleLayers(frame, result, nullptr, true).pixel_count(), 0u);
@@ -229,14 +241,14 @@ TEST(Registry, UnknownNamesAreAnsweredWithTheKnownOnes) {
 
 TEST(Registry, DescribesItselfSoThatItCanBeMadeAgain) {
     for (const char* text : {"none", "bilateral:mode=robust", "bilateral:mode=corrected",
-                             "bilateral:mode=printed,taylor=3"}) {
+                             "bilateral:mode=printed,taylor=3", "nlm", "rd"}) {
         EXPECT_EQ(MakeDenoiser(text)->Describe(), text);
         EXPECT_EQ(MakeDenoiser(MakeDenoiser(text)->Describe())->Describe(), text);
     }
     EXPECT_EQ(MakeDenoiser("bilateral")->Describe(), "bilateral:mode=robust");
     EXPECT_EQ(MakeDenoiser("bilateral:mode=printed")->Describe(),
               "bilateral:mode=printed,taylor=8");
-    for (const char* word : {"none ", "bilateral ", "mode=robust", "taylor=8"}) {
+    for (const char* word : {"none ", "bilateral ", "mode=robust", "taylor=8", "nlm ", "rd "}) {
         EXPECT_THAT(DescribeDenoisers(), HasSubstr(word));
     }
 }
