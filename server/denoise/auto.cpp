@@ -2,10 +2,10 @@
 //
 // Candidates, cheapest first: none; bilateral:mode=robust on the features that help it; nfor on
 // the same. Each is tried on an eighth of the frame and judged there by held-out samples (trial.h).
-// Features are dropped first, one after the other: a feature whose absence does not raise the error
-// of the bilateral filter by more than one standard error. Then the cheapest candidate is taken
-// whose error is within one standard error of the best one's (Breiman et al. 1984, section 3.4).
-// An image without halves can't be judged: it gets the bilateral filter with all its features.
+// Features are dropped first, one after the other: one without which the bilateral filter's error
+// is within one standard error of the least so far. Then the cheapest candidate is taken whose
+// error is within one standard error of the best one's (Breiman et al. 1984, section 3.4). An image
+// without halves can't be judged: it gets the bilateral filter with all its features.
 #include <fmt/format.h>
 
 #include <array>
@@ -45,7 +45,7 @@ class Auto final : public Denoiser {
             tried.push_back(std::move(candidate));
         };
         std::string without, dropped;
-        std::size_t bilateral = 1;
+        std::size_t bilateral = 1, least = 1;
         for (const FeatureGroup& group : kFeatureGroups) {
             if (group.first == kVisibility || frame.feature[group.first].empty()) {
                 continue;  // the bilateral filter does not look at it
@@ -53,7 +53,10 @@ class Auto final : public Denoiser {
             const std::string more = without + (without.empty() ? "" : "-") + group.name;
             judge(fmt::format("{},without={}", kBase, more));
             const Trial::Difference raised =
-                trial.Compare(tried.back().errors, tried[bilateral].errors);
+                trial.Compare(tried.back().errors, tried[least].errors);
+            if (trial.Mean(tried.back().errors) < trial.Mean(tried[least].errors)) {
+                least = tried.size() - 1;
+            }
             if (raised.mean <= raised.error) {
                 without = more;
                 bilateral = tried.size() - 1;

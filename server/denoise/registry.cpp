@@ -13,6 +13,8 @@ std::unique_ptr<Denoiser> MakeBilateral(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeGem(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeSbf(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeSbfGradient(const ParamSet& params);
+std::unique_ptr<Denoiser> MakeNlm(const ParamSet& params);
+std::unique_ptr<Denoiser> MakeRd(const ParamSet& params);
 
 namespace {
 
@@ -48,6 +50,12 @@ constexpr struct {
      "            Chuang 2012\n"},
     {"sbf-gradient", MakeSbfGradient,
      "sbf, with the gradient of the prefiltered image as one more feature; Xing, Chen, Li 2020\n"},
+    {"nlm", MakeNlm,
+     "non-local means of each half by weights from the other; Rousselle, Knaus, Zwicker 2012\n"},
+    {"rd", MakeRd,
+     "robust denoising: the least of the weights by colour and by each prefiltered feature, three\n"
+     "                     candidates chosen by SURE, and once more; Rousselle, Manzi, Zwicker "
+     "2013\n"},
 };
 
 }  // namespace
