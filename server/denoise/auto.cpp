@@ -8,7 +8,6 @@
 // without halves can't be judged: it gets the bilateral filter with all its features.
 #include <fmt/format.h>
 
-#include <array>
 #include <utility>
 
 #include "server/denoise/denoiser.h"
@@ -21,7 +20,7 @@ namespace {
 constexpr const char* kBase = "bilateral:mode=robust";
 constexpr const char* kNone = "none";
 // Dearer ones.
-constexpr std::array<const char*, 0> kFurther = {};
+constexpr const char* kFurther[] = {"nfor"};
 
 class Auto final : public Denoiser {
   public:

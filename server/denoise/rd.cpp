@@ -91,9 +91,9 @@ Candidates MakeCandidates(const Frame& frame, const RdFeaturePlanes& features,
 }
 
 // Of each pixel how much of each candidate to take, 1 in all; `error`: their smoothed SURE.
-std::vector<Plane> Choose(const Frame& frame, const Candidates& candidates,
-                          const NlmKernels& kernels, const CancelToken& cancel,
-                          std::vector<Plane>* error) {
+std::vector<Plane> ChooseCandidates(const Frame& frame, const Candidates& candidates,
+                                    const NlmKernels& kernels, const CancelToken& cancel,
+                                    std::vector<Plane>* error) {
     std::vector<Plane> choice(kRdCandidates, Plane(frame.pixel_count())), share(kRdCandidates);
     error->resize(kRdCandidates);
     std::vector<const Plane*> sure, chosen;
@@ -172,7 +172,7 @@ class Rd final : public Denoiser {
         {
             const Candidates candidates = MakeCandidates(frame, features, kernels_, cancel);
             std::vector<Plane> error;
-            share = Choose(frame, candidates, kernels_, cancel, &error);
+            share = ChooseCandidates(frame, candidates, kernels_, cancel, &error);
             blended = Blend(frame, candidates, share, error);
         }
         const NlmGuide guide(frame.width, frame.height, blended.color, blended.variance);

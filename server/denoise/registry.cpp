@@ -11,6 +11,7 @@ std::unique_ptr<Denoiser> MakeAuto(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeNone(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeBilateral(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeGem(const ParamSet& params);
+std::unique_ptr<Denoiser> MakeNfor(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeSbf(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeSbfGradient(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeNlm(const ParamSet& params);
@@ -44,6 +45,9 @@ constexpr struct {
      "each pixel's Gaussian where less noise still outweighs more blur; Rousselle, Knaus,\n"
      "             Zwicker 2011\n"
      "    gamma=0.2        above 0, at most 0.5; more keeps more of detail and noise\n"},
+    {"nfor", MakeNfor,
+     "first-order regression on the features with weights of non-local means, each half of the\n"
+     "             samples judged by the other; Bitterli et al. 2016\n"},
     {"sbf", MakeSbf,
      "cross-bilateral filter on normal, albedo and depth, the window of each pixel by SURE; Li, "
      "Wu,\n"

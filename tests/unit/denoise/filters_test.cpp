@@ -122,6 +122,9 @@ int HaloOf(std::string_view filter) {
         // Window 16, smoothed over 16; the gradient is that of an image filtered over 2, whose
         // variance it sees, too.
         {"sbf", 16 + 16},
+        // Patch and window of the first fit, from which it writes to a window; errors and choice
+        // smoothed; the last fit.
+        {"nfor", 10 + 3 + 9 + 9 + 2 * (1 + 9) + 3 + 9 + 9},
         {"sbf-gradient", 10 + 2 + 1 + 16 + 16},
     };
     return kHalos.at(filter);
@@ -178,8 +181,8 @@ TEST_P(EveryFilter, APixelWithoutSamplesIsFilled) {
 INSTANTIATE_TEST_SUITE_P(Filters, EveryFilter,
                          testing::Values("none", "bilateral:mode=robust",
                                          "bilateral:mode=corrected", "bilateral:mode=printed",
-                                         "bilateral:mode=printed,taylor=0", "gem", "nlm", "rd",
-                                         "sbf", "sbf-gradient"),
+                                         "bilateral:mode=printed,taylor=0", "gem", "nfor", "nlm",
+                                         "rd", "sbf", "sbf-gradient"),
                          [](const auto& param) {
                              std::string name = param.param;
                              std::erase_if(name, [](char c) { return std::isalnum(c) == 0; });
