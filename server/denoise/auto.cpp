@@ -1,13 +1,15 @@
 // The filter that chooses: of its candidates the cheapest whose error is as small as the best's.
 //
 // Candidates, cheapest first: none; bilateral:mode=robust on the features that help it; nfor on
-// the same. Each is tried on an eighth of the frame and judged there by held-out samples (trial.h).
-// Features are dropped first, one after the other: one without which the bilateral filter's error
-// is within one standard error of the least so far. Then the cheapest candidate is taken whose
-// error is within one standard error of the best one's (Breiman et al. 1984, section 3.4). An image
-// without halves can't be judged: it gets the bilateral filter with all its features.
+// all, or on the same. Each is tried on an eighth of the frame and judged there by held-out samples
+// (trial.h). Features are dropped one after the other: one without which the error is within one
+// standard error of the least so far. Then the cheapest candidate is taken whose error is within
+// one standard error of the best one's (Breiman et al. 1984, section 3.4). An image without halves
+// can't be judged: it gets the bilateral filter with all its features.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cstring>
 #include <utility>
 
 #include "server/denoise/denoiser.h"
@@ -37,35 +39,24 @@ class Auto final : public Denoiser {
         const Trial trial(frame, *base, cancel);
         std::vector<Tried> tried;
         tried.push_back({kNone, trial.unfiltered(), 0});
+        std::vector<std::size_t> stands = {0};
+        std::string dropped;
         tried.push_back({kBase, trial.base(), trial.base_seconds()});
-        const auto judge = [&](const std::string& name) {
-            Tried candidate{name, {}, 0};
-            candidate.errors = trial.Judge(*MakeDenoiser(name), cancel, &candidate.seconds);
-            tried.push_back(std::move(candidate));
-        };
-        std::string without, dropped;
-        std::size_t bilateral = 1, least = 1;
-        for (const FeatureGroup& group : kFeatureGroups) {
-            if (group.first == kVisibility || frame.feature[group.first].empty()) {
-                continue;  // the bilateral filter does not look at it
-            }
-            const std::string more = without + (without.empty() ? "" : "-") + group.name;
-            judge(fmt::format("{},without={}", kBase, more));
-            const Trial::Difference raised =
-                trial.Compare(tried.back().errors, tried[least].errors);
-            if (trial.Mean(tried.back().errors) < trial.Mean(tried[least].errors)) {
-                least = tried.size() - 1;
-            }
-            if (raised.mean <= raised.error) {
-                without = more;
-                bilateral = tried.size() - 1;
-                dropped += (dropped.empty() ? "" : ", ") + std::string(group.name);
-            }
-        }
+        stands.push_back(DropFeatures(frame, trial, cancel, &tried, &dropped));
         for (const char* name : kFurther) {
-            judge(name + (without.empty() ? "" : ":without=" + without));
+            tried.push_back(Judge(trial, name, cancel));
+            const std::size_t all = tried.size() - 1;
+            stands.push_back(all);
+            // What is of no use to the bilateral filter may be of use to this one.
+            if (const std::string blind = tried[stands[1]].name.substr(std::strlen(kBase));
+                !blind.empty()) {
+                tried.push_back(Judge(trial, name + (":" + blind.substr(1)), cancel));
+                if (trial.Compare(tried.back().errors, tried[all].errors).Holds()) {
+                    stands.back() = tried.size() - 1;
+                }
+            }
         }
-        return Take(trial, tried, bilateral, dropped);
+        return Take(trial, tried, stands, dropped);
     }
 
     Result Reconstruct(const Frame& frame, const CancelToken& cancel) const override {
@@ -79,27 +70,56 @@ class Auto final : public Denoiser {
         double seconds;
     };
 
-    // Of the bilateral filter's, number `bilateral` alone stands for it.
-    static Choice Take(const Trial& trial, const std::vector<Tried>& tried, std::size_t bilateral,
-                       const std::string& dropped) {
-        const auto is_bilateral = [&](std::size_t k) { return tried[k].name.starts_with(kBase); };
-        std::size_t best = bilateral;
-        for (std::size_t k = 0; k < tried.size(); ++k) {
-            if (!is_bilateral(k) && trial.Mean(tried[k].errors) < trial.Mean(tried[best].errors)) {
+    static Tried Judge(const Trial& trial, const std::string& name, const CancelToken& cancel) {
+        Tried candidate{name, {}, 0};
+        candidate.errors = trial.Judge(*MakeDenoiser(name), cancel, &candidate.seconds);
+        return candidate;
+    }
+
+    // Adds the last one of `tried` with fewer and fewer features; the number of the one to take.
+    static std::size_t DropFeatures(const Frame& frame, const Trial& trial,
+                                    const CancelToken& cancel, std::vector<Tried>* tried,
+                                    std::string* dropped) {
+        std::size_t taken = tried->size() - 1, least = taken;
+        const std::string name = tried->back().name;
+        std::string without;
+        for (const FeatureGroup& group : kFeatureGroups) {
+            if (group.first == kVisibility || frame.feature[group.first].empty()) {
+                continue;  // the bilateral filter does not look at it
+            }
+            const std::string more = without + (without.empty() ? "" : "-") + group.name;
+            tried->push_back(Judge(trial, fmt::format("{},without={}", name, more), cancel));
+            const std::size_t last = tried->size() - 1;
+            if (trial.Mean((*tried)[last].errors) < trial.Mean((*tried)[least].errors)) {
+                least = last;
+            }
+            if (trial.Compare((*tried)[last].errors, (*tried)[least].errors).Holds()) {
+                without = more;
+                taken = last;
+                *dropped += (dropped->empty() ? "" : ", ") + std::string(group.name);
+            }
+        }
+        return taken;
+    }
+
+    // One of `stands`, numbers of `tried`, cheapest first.
+    static Choice Take(const Trial& trial, const std::vector<Tried>& tried,
+                       const std::vector<std::size_t>& stands, const std::string& dropped) {
+        std::size_t best = stands[0];
+        for (const std::size_t k : stands) {
+            if (trial.Mean(tried[k].errors) < trial.Mean(tried[best].errors)) {
                 best = k;
             }
         }
         Choice choice;
-        std::size_t taken = tried.size();
-        for (std::size_t k = 0; k < tried.size(); ++k) {
-            const Trial::Difference above = trial.Compare(tried[k].errors, tried[best].errors);
-            choice.candidates.push_back({tried[k].name, trial.Mean(tried[k].errors), above.mean,
-                                         above.error, tried[k].seconds});
-            const bool stands = !is_bilateral(k) || k == bilateral;
-            if (stands && taken == tried.size() && above.mean <= above.error) {
-                taken = k;
-            }
+        for (const Tried& candidate : tried) {
+            const Trial::Difference above = trial.Compare(candidate.errors, tried[best].errors);
+            choice.candidates.push_back({candidate.name, trial.Mean(candidate.errors), above.mean,
+                                         above.error, candidate.seconds});
         }
+        const std::size_t taken = *std::ranges::find_if(stands, [&](std::size_t k) {
+            return trial.Compare(tried[k].errors, tried[best].errors).Holds();
+        });
         choice.denoiser = MakeDenoiser(tried[taken].name);
         choice.reason = taken == best ? "the least error"
                                       : fmt::format("within one standard error of {}, and cheaper",

@@ -16,8 +16,10 @@ namespace {
 
 constexpr int kInner = 64, kHalo = 24, kBlock = 16;  // pixels a side; halo on each side
 constexpr int kPart = 8;                             // one part in so many is judged
-constexpr std::size_t kSmall = 192 * 192;            // pixels: all of such a frame is
-constexpr double kLargestShare = 0.02;               // of blocks is cut off
+constexpr int kFewest = 8;                           // windows
+// Pixels: such a frame is judged whole, since the windows would be nearly as many.
+constexpr std::size_t kSmall = kFewest * (kInner + 2 * kHalo) * (kInner + 2 * kHalo) * 3 / 2;
+constexpr double kLargestShare = 0.02;  // of blocks is cut off
 
 double Seconds(std::chrono::steady_clock::time_point since) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - since).count();
@@ -158,7 +160,7 @@ double Trial::Mean(const Errors& errors) const {
 }
 
 Trial::Difference Trial::Compare(const Errors& a, const Errors& b) const {
-    constexpr std::size_t kFewest = 8;  // blocks that say something of their spread
+    constexpr std::size_t kFewestBlocks = 8;  // that say something of their spread
     const auto n = static_cast<double>(a.size());
     double sum = 0, squares = 0;
     for (std::size_t i = 0; i < a.size(); ++i) {
@@ -167,7 +169,7 @@ Trial::Difference Trial::Compare(const Errors& a, const Errors& b) const {
         sum += d;
         squares += d * d;
     }
-    if (a.size() < kFewest) {
+    if (a.size() < kFewestBlocks) {
         return {a.empty() ? 0 : sum / n, 0};
     }
     const double mean = sum / n;

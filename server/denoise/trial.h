@@ -35,6 +35,7 @@ class Trial {
     // `base` has its largest ones, so that no firefly decides.
     struct Difference {
         double mean, error;
+        bool Holds() const { return mean <= error; }  // `a` is as good as `b`
     };
     Difference Compare(const Errors& a, const Errors& b) const;
     double Mean(const Errors& errors) const;
