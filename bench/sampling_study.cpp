@@ -183,8 +183,9 @@ void RunTarget(const Options& options, const SampleStore& store, const Truth& tr
     setup.guide = GuideOf(*setup.planner, filter);
     setup.estimators.filtered = filter != "none";
     Json estimates = Json::array();
+    const auto estimate = server::MakeErrorEstimator(filter);
     setup.estimators.error = [&](const Film& film) {
-        const double error = server::EstimateImageError(film, filter);
+        const double error = estimate(film);
         const denoise::Result result = denoise::RunDenoiser(
             *denoise::MakeDenoiser(filter), denoise::FrameFromFilm(film), CancelToken());
         const Score score =

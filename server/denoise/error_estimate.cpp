@@ -7,6 +7,8 @@
 #include <cmath>
 
 #include "core/image/metrics.h"
+#include "server/denoise/crop_frame.h"
+#include "server/denoise/frame_parts.h"
 #include "server/denoise/halves.h"
 #include "server/denoise/yardstick.h"
 
@@ -17,8 +19,10 @@ using Rgb = std::array<Plane, 3>;
 
 // Standard deviation of what all pixels share, over the estimate: measured by bench/sampling.
 constexpr double kNoisyBias = 0.13, kFilteredBias = 0.12;
+
 // Errors relative to the filtered image's own brightness, not to the truth's, come out too small:
 // large ones are mostly of pixels that are too bright. Measured by bench/sampling.
+constexpr int kShare = 4;  // of a large frame one part in so many is filtered once more
 constexpr float kBrighterWhereWrong = 1.06f;
 
 // `squared`: estimated squared errors a pixel and channel; `yardstick`: what they are relative to.
@@ -69,10 +73,61 @@ ErrorEstimate JudgeHalves(const Frame& frame, const FilteredHalves& halves) {
     return estimate;
 }
 
+// By the halves of a part of a large frame: without a map.
+ErrorEstimate JudgeParts(const Denoiser& denoiser, const std::vector<FramePart>& parts,
+                         const CancelToken& cancel) {
+    ErrorEstimate estimate;
+    double sum = 0, squares = 0, within = 0;
+    for (const FramePart& part : parts) {
+        const ErrorEstimate whole =
+            JudgeHalves(part.frame, FilterHalves(denoiser, part.frame, cancel));
+        const Plane inner = CropPlane(whole.map, part.frame.width, part.inner);
+        double mean = 0;
+        for (const float e : inner) {
+            mean += e / static_cast<double>(inner.size());
+        }
+        sum += mean;
+        squares += mean * mean;
+        estimate.unfiltered += whole.unfiltered / static_cast<double>(parts.size());
+        within += 1;
+    }
+    const double mean = sum / within;
+    estimate.relmse = std::max(0.0, mean);
+    const double among = std::max(0.0, squares / within - mean * mean) / (within - 1);
+    const double bias = kFilteredBias * estimate.relmse;
+    const double margin = 1.96 * std::sqrt(among + bias * bias);
+    estimate.low = std::max(0.0, estimate.relmse - margin);
+    estimate.high = estimate.relmse + margin;
+    return estimate;
+}
+
+// Where the error lies, by what the filter says itself, of an estimate that has no map.
+void AddMap(const Frame& frame, const Result& result, ErrorEstimate* estimate) {
+    estimate->map.assign(frame.pixel_count(), static_cast<float>(estimate->relmse));
+    if (!result.error) {
+        return;
+    }
+    double sum = 0;
+    for (std::size_t i = 0; i < frame.pixel_count(); ++i) {
+        float square = 0;
+        for (const Plane& plane : result.color) {
+            square += plane[i] * plane[i] * (1.0f / 3.0f);
+        }
+        estimate->map[i] =
+            std::max(0.0f, (*result.error)[i]) / (square + static_cast<float>(kRelMSEEpsilon));
+        sum += estimate->map[i];
+    }
+    const double scale =
+        sum > 0 ? estimate->relmse * static_cast<double>(frame.pixel_count()) / sum : 0;
+    for (float& e : estimate->map) {
+        e = static_cast<float>(e * scale);
+    }
+}
+
 }  // namespace
 
-// That of the halves, where they are there: for one
-// sample that is far out it is what that adds to the squared error, so that the two cancel.
+// That of the halves, where they are there: for one sample that is far out it is what that adds to
+// the squared error, so that the two cancel.
 std::array<Plane, 3> VarianceByHalves(const Frame& frame) {
     Rgb noise{frame.variance[0], frame.variance[1], frame.variance[2]};
     for (std::size_t c = 0; c < 3 && frame.has_halves(); ++c) {
@@ -86,8 +141,8 @@ std::array<Plane, 3> VarianceByHalves(const Frame& frame) {
     return noise;
 }
 
-// The halves' errors are independent, so that their
-// product, unlike a square, is on average what it would be without any.
+// The halves' errors are independent, so that their product, unlike a square, is on average what it
+// would be without any.
 std::array<Plane, 3> FilteredYardstick(const FilteredHalves& halves) {
     Rgb squares;
     for (std::size_t c = 0; c < 3; ++c) {
@@ -109,7 +164,9 @@ std::optional<ErrorEstimate> EstimateByHalves(const Denoiser& denoiser, const Fr
     if (!frame.has_halves() || denoiser.GetNeeds().halves) {
         return std::nullopt;
     }
-    return JudgeHalves(frame, FilterHalves(denoiser, frame, cancel));
+    const std::vector<FramePart> parts = CutParts(frame, kShare);
+    return parts.size() > 1 ? JudgeParts(denoiser, parts, cancel)
+                            : JudgeHalves(frame, FilterHalves(denoiser, frame, cancel));
 }
 
 std::optional<ErrorEstimate> EstimateFiltered(const Denoiser& denoiser, const Frame& frame,
@@ -118,6 +175,9 @@ std::optional<ErrorEstimate> EstimateFiltered(const Denoiser& denoiser, const Fr
         return JudgeHalves(frame, *result.halves);
     }
     if (auto estimate = EstimateByHalves(denoiser, frame, cancel)) {
+        if (estimate->map.empty()) {
+            AddMap(frame, result, &*estimate);
+        }
         return estimate;
     }
     if (!result.derivative) {

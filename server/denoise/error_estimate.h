@@ -30,6 +30,7 @@ std::array<Plane, 3> FilteredYardstick(const FilteredHalves& halves);
 ErrorEstimate EstimateNoisy(const Frame& frame);
 
 // Of the filtered one, without filtering the whole: by its halves, each filtered apart (halves.h).
+// Of a large frame a part is filtered so (frame_parts.h), and there is no map.
 // Nothing if the frame has none, or the method can't do with one.
 std::optional<ErrorEstimate> EstimateByHalves(const Denoiser& denoiser, const Frame& frame,
                                               const CancelToken& cancel);

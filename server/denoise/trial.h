@@ -4,14 +4,14 @@
 #include <vector>
 
 #include "core/base/cancel_token.h"
-#include "core/film/tile.h"
 #include "server/denoise/denoiser.h"
 #include "server/denoise/frame.h"
+#include "server/denoise/frame_parts.h"
 
 namespace relume::denoise {
 
-// Filters judged on parts of a frame, an eighth of it, by held-out samples: what a filter makes of
-// one half is compared with the other half (halves.h). The frame must have halves.
+// Filters judged on parts of a frame, a sixteenth of it, by held-out samples: what a filter makes
+// of one half is compared with the other half (halves.h). The frame must have halves.
 class Trial {
   public:
     // The parts: windows spread over the frame, the same for each filter. A small frame is one
@@ -42,8 +42,8 @@ class Trial {
 
   private:
     struct Window {
-        Frame frame;
-        TileRect inner;              // judged: the rest is halo
+        FramePart part;
+        TileRect innerX;             // judged: the rest is halo
         std::array<Plane, 3> scale;  // of squared errors: 1 / (3 (brightness^2 + 0.01))
         std::array<Plane, 3> noise;  // variance of the mean
     };
