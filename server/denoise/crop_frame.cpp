@@ -39,6 +39,7 @@ Frame CropFrame(const Frame& frame, const TileRect& rect) {
         }
     }
     out.count = crop(frame.count);
+    out.brightest = crop(frame.brightest);
     for (std::size_t f = 0; f < kFeatureCount; ++f) {
         out.feature[f] = crop(frame.feature[f]);
         out.feature_variance[f] = crop(frame.feature_variance[f]);

@@ -3,6 +3,8 @@
 #include "core/base/error.h"
 #include "core/base/param_set.h"
 #include "server/denoise/denoiser.h"
+#include "server/denoise/fireflies.h"
+#include "server/denoise/on_changed_frame.h"
 #include "server/denoise/without_features.h"
 
 namespace relume::denoise {
@@ -74,6 +76,10 @@ std::unique_ptr<Denoiser> MakeDenoiser(const std::string& text) {
                 denoiser =
                     WithoutFeatures(std::move(denoiser), named.params.GetString("without", ""));
             }
+            if (named.params.GetChoice("fireflies", "keep", {"keep", "spread"}) == "spread") {
+                denoiser = OnChangedFrame(std::move(denoiser), "fireflies=spread",
+                                          [](Frame* frame) { SpreadFireflies(frame); });
+            }
             named.params.RejectUnused("filter '" + named.name + "'");
             return denoiser;
         }
@@ -88,8 +94,13 @@ std::string DescribeDenoisers() {
         text += fmt::format("{:<12} {}", entry.name, entry.help);
     }
     text +=
-        "Every filter takes without=NAMES, features that it is not to look at, joined by '-': "
-        "normal, albedo,\ndepth, visibility.\n";
+        "Every filter also takes\n"
+        "    without=NAMES    features that it is not to look at, joined by '-': normal, albedo, "
+        "depth, "
+        "visibility\n"
+        "    fireflies=keep   keep; or spread: pixels that one bright sample made are spread over "
+        "their\n"
+        "                     neighbours first\n";
     return text;
 }
 

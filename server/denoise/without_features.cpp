@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "server/denoise/on_changed_frame.h"
 
 namespace relume::denoise {
 namespace {
@@ -32,49 +33,21 @@ std::vector<FeatureGroup> ParseGroups(const std::string& names) {
     return groups;
 }
 
-class Without final : public Denoiser {
-  public:
-    Without(std::unique_ptr<Denoiser> denoiser, const std::string& names)
-        : denoiser_(std::move(denoiser)), names_(names), groups_(ParseGroups(names)) {}
-
-    std::string Describe() const override {
-        const std::string inner = denoiser_->Describe();
-        return fmt::format("{}{}without={}", inner,
-                           inner.find(':') == std::string::npos ? ':' : ',', names_);
-    }
-    Needs GetNeeds() const override { return denoiser_->GetNeeds(); }
-    Result Reconstruct(const Frame& frame, const CancelToken& cancel) const override {
-        return denoiser_->Reconstruct(Blind(frame), cancel);
-    }
-    Plane PlanSamples(const Frame& frame, double samples,
-                      const CancelToken& cancel) const override {
-        return denoiser_->PlanSamples(Blind(frame), samples, cancel);
-    }
-
-  private:
-    Frame Blind(const Frame& frame) const {
-        Frame blind = frame;
-        for (const FeatureGroup& group : groups_) {
-            for (int f = group.first; f < group.first + group.count; ++f) {
-                blind.feature[f] = {};
-                blind.feature_variance[f] = {};
-                blind.feature_half[0][f] = {};
-                blind.feature_half[1][f] = {};
-            }
-        }
-        return blind;
-    }
-
-    std::unique_ptr<Denoiser> denoiser_;
-    std::string names_;
-    std::vector<FeatureGroup> groups_;
-};
-
 }  // namespace
 
 std::unique_ptr<Denoiser> WithoutFeatures(std::unique_ptr<Denoiser> denoiser,
                                           const std::string& names) {
-    return std::make_unique<Without>(std::move(denoiser), names);
+    return OnChangedFrame(std::move(denoiser), "without=" + names,
+                          [groups = ParseGroups(names)](Frame* frame) {
+                              for (const FeatureGroup& group : groups) {
+                                  for (int f = group.first; f < group.first + group.count; ++f) {
+                                      frame->feature[f] = {};
+                                      frame->feature_variance[f] = {};
+                                      frame->feature_half[0][f] = {};
+                                      frame->feature_half[1][f] = {};
+                                  }
+                              }
+                          });
 }
 
 }  // namespace relume::denoise
