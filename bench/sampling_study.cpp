@@ -160,26 +160,31 @@ class Oracle final : public jobs::Planner {
     std::uint32_t pass_ = 0;
 };
 
+jobs::Guide GuideOf(const jobs::Planner& planner, const std::string& filter) {
+    return planner.Method() != nullptr ? server::MakeMethodGuide(planner.Method())
+                                       : server::MakeGuide(filter);
+}
+
 void RunOne(const Options& options, const SampleStore& store, const Truth& truth, int seed, int spp,
             const std::string& sampler, const std::string& filter) {
     const TileRect& window = store.window();
     const auto denoiser = denoise::MakeDenoiser(filter);
     const CancelToken never;
     double guide_seconds = 0;
-    const jobs::Guide loop = server::MakeGuide(filter);
-    const jobs::Guide guide = [&](const Film& film) {
-        const auto start = std::chrono::steady_clock::now();
-        auto out = loop(film);
-        guide_seconds += Since(start);
-        return out;
-    };
-    const std::uint64_t budget = static_cast<std::uint64_t>(spp) * window.area();
     std::shared_ptr<jobs::Planner> planner;
     if (sampler == kOracle) {
         planner = std::make_shared<Oracle>(truth);
     } else {
         planner = jobs::MakePlanner(sampler);
     }
+    const jobs::Guide loop = GuideOf(*planner, filter);
+    const jobs::Guide guide = [&](const Film& film, double samples) {
+        const auto start = std::chrono::steady_clock::now();
+        auto out = loop(film, samples);
+        guide_seconds += Since(start);
+        return out;
+    };
+    const std::uint64_t budget = static_cast<std::uint64_t>(spp) * window.area();
     std::uint64_t beyond_store = 0;
     const test::Sampled sampled = test::RunJob(
         window, planner, budget, loop ? guide : jobs::Guide(), [&](const TileTask& task) {
@@ -246,7 +251,7 @@ void RunTarget(const Options& options, const SampleStore& store, const Truth& tr
     setup.planner = jobs::MakePlanner(sampler);
     setup.budgets.target = target;
     setup.budgets.samples = std::uint64_t{store.spp() / 2} * window.area();
-    setup.guide = server::MakeGuide(filter);
+    setup.guide = GuideOf(*setup.planner, filter);
     setup.estimators.filtered = filter != "none";
     Json estimates = Json::array();
     setup.estimators.error = [&](const Film& film) {

@@ -11,20 +11,21 @@ namespace {
 constexpr float kFeatureSigma[3] = {0.8f, 0.25f, 0.6f};
 constexpr float kVarianceFloor = 1e-2f;
 
+// Of the filtered colours: the robust filter multiplies three of them.
+constexpr float kLargestNoise = 1e10f;
+
 // From the sums of one tile to the filtered colours and SURE: weights depend on features alone, so
 // that the derivative of a pixel by its own noise is its weight, 1, over the sum of weights.
 void FinishTile(const Frame& frame, const TileArea& tile, const float* sums, CandidateBank* bank) {
     for (int k = 0; k < kCandidates; ++k) {
-        const float* weight = sums + 4 * k * kTileArea;
         for (int y = 0; y < tile.height; ++y) {
             const std::size_t row = static_cast<std::size_t>(tile.y0 + y) * frame.width + tile.x0;
             for (int x = 0; x < tile.width; ++x) {
                 const std::size_t i = row + static_cast<std::size_t>(x);
-                const int at = y * kTileWidth + x;
-                const float inverse = 1 / weight[at];
+                const float inverse = 1 / sums[BankSum(y, k, 0) + x];
                 float error = 0;
                 for (int c = 0; c < 3; ++c) {
-                    const float filtered = weight[(1 + c) * kTileArea + at] * inverse;
+                    const float filtered = sums[BankSum(y, k, 1 + c) + x] * inverse;
                     const float residual = filtered - frame.color[c][i];
                     bank->filtered[k][c][i] = filtered;
                     error += residual * residual + frame.variance[c][i] * (2 * inverse - 1);
@@ -66,6 +67,56 @@ Guides MakeBankGuides(const Frame& frame) {
     return guides;
 }
 
+void LoadBankPlanes(const Frame& frame, const Guides& guides, const TileArea& tile,
+                    TilePlanes* scratch) {
+    const auto load = [&](int index, const Plane& plane, float outside = 0) {
+        scratch->Load(index, plane, frame.width, frame.height, tile.x0, tile.y0, outside);
+    };
+    for (int c = 0; c < 3; ++c) {
+        load(kBankColor + c, frame.color[c]);
+        load(kBankSpread + c, guides.variance[c]);
+    }
+    for (int f = 0; f < 7; ++f) {
+        load(kBankNormal + f, guides.feature[f], f == 6 ? kOutside : 0);
+    }
+}
+
+FilteredColors FilterBySmallest(const Frame& frame, const Guides& guides, const BankTables& tables,
+                                const BilateralKernels& kernels, const CancelToken& cancel) {
+    FilteredColors out;
+    out.share.resize(frame.pixel_count());
+    for (std::size_t c = 0; c < 3; ++c) {
+        out.color[c].resize(frame.pixel_count());
+        out.variance[c].resize(frame.pixel_count());
+    }
+    ForEachTile(
+        frame, kGuidePlanes, tables.radius[0], cancel,
+        [&](const TileArea& tile, TilePlanes& scratch) {
+            LoadBankPlanes(frame, guides, tile, &scratch);
+            for (int c = 0; c < 3; ++c) {
+                scratch.Load(kBankNoise + c, frame.variance[c], frame.width, frame.height, tile.x0,
+                             tile.y0, 0);
+            }
+            std::vector<float> sums(static_cast<std::size_t>(kGuideSums * kTileArea));
+            kernels.guide(scratch.planes(), scratch.stride(), tables, tile.height, sums.data());
+            for (int y = 0; y < tile.height; ++y) {
+                for (int x = 0; x < tile.width; ++x) {
+                    const auto i =
+                        static_cast<std::size_t>(tile.y0 + y) * frame.width + tile.x0 + x;
+                    const float* at = sums.data() + y * kTileWidth + x;
+                    const float inverse = 1 / at[0];
+                    out.share[i] = inverse;
+                    for (std::size_t c = 0; c < 3; ++c) {
+                        out.color[c][i] = at[(1 + c) * kTileArea] * inverse;
+                        out.variance[c][i] =
+                            std::min(at[(4 + c) * kTileArea] * inverse * inverse, kLargestNoise);
+                    }
+                }
+            }
+        });
+    return out;
+}
+
 float CandidateSigma(int k) { return std::exp2(0.5f * static_cast<float>(k)); }
 
 CandidateBank ComputeBank(const Frame& frame, const BilateralKernels& kernels,
@@ -81,22 +132,14 @@ CandidateBank ComputeBank(const Frame& frame, const BilateralKernels& kernels,
         }
     }
     const BankTables tables = MakeBankTables();
-    ForEachTile(
-        frame, kBankPlanes, kBankRadius, cancel, [&](const TileArea& tile, TilePlanes& scratch) {
-            const auto load = [&](int index, const Plane& plane, float outside = 0) {
-                scratch.Load(index, plane, frame.width, frame.height, tile.x0, tile.y0, outside);
-            };
-            for (int c = 0; c < 3; ++c) {
-                load(kBankColor + c, frame.color[c]);
-                load(kBankSpread + c, guides.variance[c]);
-            }
-            for (int f = 0; f < 7; ++f) {
-                load(kBankNormal + f, guides.feature[f], f == 6 ? kOutside : 0);
-            }
-            std::vector<float> sums(static_cast<std::size_t>(4 * kCandidates * kTileArea));
-            kernels.bank(scratch.planes(), scratch.stride(), tables, tile.height, sums.data());
-            FinishTile(frame, tile, sums.data(), &bank);
-        });
+    ForEachTile(frame, {0, frame.height}, kBankPlanes, kPairTile, cancel,
+                [&](const TileArea& tile, TilePlanes& planes) {
+                    LoadBankPlanes(frame, guides, tile, &planes);
+                    AlignedFloats scratch(kPairScratch), sums(BankSum(kPairHeight, 0, 0));
+                    kernels.bank(planes.planes(), planes.stride(), tables, tile.height,
+                                 scratch.data(), sums.data());
+                    FinishTile(frame, tile, sums.data(), &bank);
+                });
     return bank;
 }
 

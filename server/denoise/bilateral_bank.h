@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "core/base/cancel_token.h"
 #include "server/denoise/bilateral_kernels.h"
 #include "server/denoise/bilateral_tiles.h"
@@ -20,6 +22,18 @@ struct CandidateBank {
 // The bank's constants, and guides whose variance is in units of the tables' floor.
 BankTables MakeBankTables();
 Guides MakeBankGuides(const Frame& frame);
+
+// Loads what the bank's kernels see of a tile: colours, guides and their variances.
+void LoadBankPlanes(const Frame& frame, const Guides& guides, const TileArea& tile,
+                    TilePlanes* scratch);
+
+// The colours filtered by the smallest window (features alone), and what noise that leaves.
+struct FilteredColors {
+    std::array<Plane, 3> color, variance;
+    Plane share;  // a pixel's own
+};
+FilteredColors FilterBySmallest(const Frame& frame, const Guides& guides, const BankTables& tables,
+                                const BilateralKernels& kernels, const CancelToken& cancel);
 
 // sigma_s of candidate k in pixels: 2^(k/2).
 float CandidateSigma(int k);

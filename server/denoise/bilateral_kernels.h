@@ -34,6 +34,13 @@ enum BankPlane {
     kRobustPlanes = 20,
 };
 
+// Tiles of the bank's kernel, which weighs each pair of pixels once: larger, since that pays inside
+// of a tile alone.
+inline constexpr int kPairWidth = 128, kPairHeight = 64;  // pixels
+// Floats that it works in, for each kind of weight.
+inline constexpr int kPairScratch =
+    2 * (kPairWidth + 2 * kBankRadius) * (kBankRadius + 1) * (kBankRadius + 1);
+
 struct BankTables {
     int radius[kCandidates];  // rising, pixels
     float spatial[kCandidates][kBankRadius + 1]
@@ -42,18 +49,24 @@ struct BankTables {
     float floor[3];    // of a pair's spread: normal, albedo, depth
 };
 
-// For `height` rows and all kTileWidth columns: out[(4 k + 0) * kTileArea + y * kTileWidth + x] is
-// the sum of candidate k's weights, + 1..3 the weighted sums of colour. planes[p] points at the
-// tile's first pixel; kBankSpread + 0..2 hold the group's sample variance times 2 sigma_k^2.
+// For `height` rows and all kPairWidth columns: BankSum(y, k, 0) + x of `out` is the sum of
+// candidate k's weights, 1 for the pixel itself, s = 1..3 the weighted sums of colour. planes[p]
+// points at the tile's first pixel; kBankSpread + 0..2 hold the group's sample variance times 2
+// sigma_k^2. `scratch`: kPairScratch floats.
+inline constexpr int kBankSums = 4;
+inline constexpr int BankSum(int y, int k, int s) {
+    return ((y * kCandidates + k) * kBankSums + s) * kPairWidth;
+}
 using BankKernel = void (*)(const float* const* planes, std::ptrdiff_t stride,
-                            const BankTables& tables, int height, float* out);
+                            const BankTables& tables, int height, float* scratch, float* out);
 
 // A filter of candidate 0's window and weights, for the robust filter to compare colours by, with
 // its variance. out[s * kTileArea + y * kTileWidth + x]: the sum of weights, 1 for the pixel
 // itself; + 1..3 the weighted sums of colour; + 4..6 the sums of kBankNoise + 0..2, the variance of
 // the mean, by squared weights.
 inline constexpr int kGuideSums = 7;
-using GuideKernel = BankKernel;
+using GuideKernel = void (*)(const float* const* planes, std::ptrdiff_t stride,
+                             const BankTables& tables, int height, float* out);
 
 // Sums of the robust filter over a window without the pixel itself: of w, a pair's weight by
 // features, and w u, u = y_j - y_i in colour; then of w' = w times the range factor, w' u; and the
@@ -74,10 +87,10 @@ enum RobustSumPlane {
 inline constexpr float kRangeScale = 3;  // 2 kappa^2, kappa = 1.22
 inline constexpr float kRangeFloor = 1e-10f;
 
-// As BankKernel: out[(kRobustSums k + s) * kTileArea + y * kTileWidth + x] is candidate k's sum s.
+// As GuideKernel: out[(kRobustSums k + s) * kTileArea + y * kTileWidth + x] is candidate k's sum s.
 // kRobustGuide + 0..2 hold the guide, kRobustNoise + 0..2 its variance, kRobustShare a pixel's own
 // share in it.
-using RobustKernel = BankKernel;
+using RobustKernel = GuideKernel;
 
 inline constexpr int kPrintedRadius = 8;
 

@@ -2,17 +2,12 @@
 // vector) defined.
 #include "server/denoise/bilateral_kernels.h"
 #include "server/denoise/lanes_impl.h"
+#include "server/denoise/pair_rows_impl.h"
 
 namespace relume::denoise {
 namespace {
 
 static_assert(kTileWidth % RELUME_LANES == 0 && kTileWidth % 16 == 0);
-
-constexpr float kLargestExponent = 40;  // of the bank's weights
-
-struct WeightedSum {
-    Floats weight{}, color[3]{};
-};
 
 // One pixel vector against its neighbours: equation (7) without spatial and range terms, D squared,
 // one distance a feature (8): e = sum over features of |df|^2 / max(spread_i + spread_j, floor).
@@ -48,68 +43,63 @@ inline Floats FeatureDistance(const float* const* planes, std::ptrdiff_t at,
     return ((normal * b + albedo * a) * c + squared[6] * ab) / (ab * c);
 }
 
-inline void AddBankNeighbour(const float* const* planes, std::ptrdiff_t at,
-                             const BankCenter& center, const Floats (&floor)[3], WeightedSum* sum) {
-    const Floats w = ExpOfMinus(FeatureDistance(planes, at, center, floor), kLargestExponent);
-    sum->weight += w;
-    for (int i = 0; i < 3; ++i) {
-        sum->color[i] += w * Load(planes[kBankColor + i] + at);
+struct BankPair {
+    static constexpr int kKinds = 1;
+    using Center = BankCenter;
+
+    Center LoadCenter(std::ptrdiff_t at) const { return LoadBankCenter(planes, at); }
+    void Exponents(const Center& center, std::ptrdiff_t at, Floats (&e)[1]) const {
+        e[0] = FeatureDistance(planes, at, center, floor);
     }
-}
+
+    const float* const* planes;
+    Floats floor[3];
+};
 
 void Bank(const float* const* planes, std::ptrdiff_t stride, const BankTables& tables, int height,
-          float* out) {
-    Floats floor[3];
-    for (int g = 0; g < 3; ++g) {
-        floor[g] = Fill(tables.floor[g]);
-    }
-    const int radius = tables.radius[kCandidates - 1];
+          float* scratch, float* out) {
     for (int y = 0; y < height; ++y) {
-        for (int x = 0; x < kTileWidth; x += RELUME_LANES) {
-            const std::ptrdiff_t at = y * stride + x;
-            const BankCenter center = LoadBankCenter(planes, at);
-            WeightedSum total[kCandidates];
-            for (auto& sum : total) {
-                sum.weight = Fill(1.0f);
-                for (int c = 0; c < 3; ++c) {
-                    sum.color[c] = Load(planes[kBankColor + c] + at);
-                }
-            }
-            // The up to four neighbours at (+-dx, +-dy) share their spatial weights: they are
-            // summed once, and that sum is given to each candidate whose window reaches so far.
-            for (int dy = 0; dy <= radius; ++dy) {
-                for (int dx = dy == 0 ? 1 : 0; dx <= radius; ++dx) {
-                    WeightedSum ring;
-                    const std::ptrdiff_t below = at + dy * stride, above = at - dy * stride;
-                    AddBankNeighbour(planes, below + dx, center, floor, &ring);
-                    if (dx != 0) {
-                        AddBankNeighbour(planes, below - dx, center, floor, &ring);
-                    }
-                    if (dy != 0) {
-                        AddBankNeighbour(planes, above + dx, center, floor, &ring);
-                        if (dx != 0) {
-                            AddBankNeighbour(planes, above - dx, center, floor, &ring);
-                        }
-                    }
-                    const int reach = dx > dy ? dx : dy;
-                    for (int k = kCandidates - 1; k >= 0 && tables.radius[k] >= reach; --k) {
-                        const float spatial = tables.spatial[k][dy][dx];
-                        total[k].weight += ring.weight * spatial;
-                        for (int c = 0; c < 3; ++c) {
-                            total[k].color[c] += ring.color[c] * spatial;
-                        }
-                    }
-                }
-            }
-            float* to = out + y * kTileWidth + x;
+        for (int x = 0; x < kPairWidth; x += RELUME_LANES) {
             for (int k = 0; k < kCandidates; ++k) {
-                Store(to + (4 * k) * kTileArea, total[k].weight);
+                Store(out + BankSum(y, k, 0) + x, Fill(1.0f));
                 for (int c = 0; c < 3; ++c) {
-                    Store(to + (4 * k + 1 + c) * kTileArea, total[k].color[c]);
+                    Store(out + BankSum(y, k, 1 + c) + x,
+                          Load(planes[kBankColor + c] + y * stride + x));
                 }
             }
         }
     }
+    const BankPair pair = {planes,
+                           {Fill(tables.floor[0]), Fill(tables.floor[1]), Fill(tables.floor[2])}};
+    // The neighbours at one distance are summed once, for all the candidates whose window reaches
+    // so far.
+    const auto add = [&](const auto& ring, int y, int dy, int dx) {
+        const int reach = dx > dy ? dx : dy;
+        int first = kCandidates - 1;
+        while (first > 0 && tables.radius[first - 1] >= reach) {
+            --first;
+        }
+        for (int x = 0; x < kPairWidth; x += RELUME_LANES) {
+            const std::ptrdiff_t at = y * stride + x;
+            Floats sum[kBankSums]{};
+            for (std::size_t n = 0; n < sizeof(ring.weight) / sizeof(ring.weight[0]); ++n) {
+                const Floats w = Load(ring.weight[n] + x);
+                sum[0] += w;
+                for (int c = 0; c < 3; ++c) {
+                    sum[1 + c] += w * Load(planes[kBankColor + c] + at + ring.offset[n]);
+                }
+            }
+            for (int k = first; k < kCandidates; ++k) {
+                const float spatial = tables.spatial[k][dy][dx];
+                for (int s = 0; s < kBankSums; ++s) {
+                    float* total = out + BankSum(y, k, s) + x;
+                    Store(total, Load(total) + sum[s] * spatial);
+                }
+            }
+        }
+    };
+    ForEachRing(pair, stride, tables.radius[kCandidates - 1], tables.spatial[kCandidates - 1],
+                height, scratch, add);
 }
 
 void Guide(const float* const* planes, std::ptrdiff_t stride, const BankTables& tables, int height,

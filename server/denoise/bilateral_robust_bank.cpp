@@ -9,9 +9,6 @@ namespace {
 
 constexpr float kImportanceFloor = 0.01f;  // that of RelMSE
 
-// Of the guide: three of them are multiplied.
-constexpr float kLargestNoise = 1e10f;
-
 // Beyond the second widest window every other pixel counts for two: a quarter fewer pairs, and the
 // same error within half a per cent (mean of twelve scenes).
 BankTables MakeRobustTables() {
@@ -42,54 +39,10 @@ RobustBank::RobustBank(const Frame& frame, const BilateralKernels& kernels,
     : frame_(frame),
       kernels_(kernels),
       guides_(MakeBankGuides(frame)),
-      tables_(MakeRobustTables()) {
-    MakeGuide(cancel);
-}
-
-void RobustBank::MakeGuide(const CancelToken& cancel) {
-    share_.resize(frame_.pixel_count());
-    for (std::size_t c = 0; c < 3; ++c) {
-        guide_[c].resize(frame_.pixel_count());
-        noise_[c].resize(frame_.pixel_count());
-        importance_[c].resize(frame_.pixel_count());
-    }
-    ForEachTile(
-        frame_, kGuidePlanes, tables_.radius[0], cancel,
-        [&](const TileArea& tile, TilePlanes& scratch) {
-            LoadTile(tile, &scratch);
-            for (int c = 0; c < 3; ++c) {
-                scratch.Load(kBankNoise + c, frame_.variance[c], frame_.width, frame_.height,
-                             tile.x0, tile.y0, 0);
-            }
-            std::vector<float> sums(static_cast<std::size_t>(kGuideSums * kTileArea));
-            kernels_.guide(scratch.planes(), scratch.stride(), tables_, tile.height, sums.data());
-            for (int y = 0; y < tile.height; ++y) {
-                for (int x = 0; x < tile.width; ++x) {
-                    const auto i =
-                        static_cast<std::size_t>(tile.y0 + y) * frame_.width + tile.x0 + x;
-                    const float* at = sums.data() + y * kTileWidth + x;
-                    const float inverse = 1 / at[0];
-                    share_[i] = inverse;
-                    for (std::size_t c = 0; c < 3; ++c) {
-                        guide_[c][i] = at[(1 + c) * kTileArea] * inverse;
-                        noise_[c][i] =
-                            std::min(at[(4 + c) * kTileArea] * inverse * inverse, kLargestNoise);
-                    }
-                }
-            }
-        });
-}
-
-void RobustBank::LoadTile(const TileArea& tile, TilePlanes* scratch) const {
-    const auto load = [&](int index, const Plane& plane, float outside = 0) {
-        scratch->Load(index, plane, frame_.width, frame_.height, tile.x0, tile.y0, outside);
-    };
-    for (int c = 0; c < 3; ++c) {
-        load(kBankColor + c, frame_.color[c]);
-        load(kBankSpread + c, guides_.variance[c]);
-    }
-    for (int f = 0; f < 7; ++f) {
-        load(kBankNormal + f, guides_.feature[f], f == 6 ? kOutside : 0);
+      tables_(MakeRobustTables()),
+      guide_(FilterBySmallest(frame, guides_, tables_, kernels, cancel)) {
+    for (Plane& plane : importance_) {
+        plane.resize(frame.pixel_count());
     }
 }
 
@@ -109,17 +62,17 @@ void RobustBank::Extend(int until, const CancelToken& cancel) {
         ForEachPlane(&candidate, [&](Plane& p) { p.resize(pixels); });
     }
     ForEachTile(
-        frame_, rows, kRobustPlanes, kBankRadius, cancel,
+        frame_, rows, kRobustPlanes, {.halo = kBankRadius}, cancel,
         [&](const TileArea& tile, TilePlanes& scratch) {
-            LoadTile(tile, &scratch);
+            LoadBankPlanes(frame_, guides_, tile, &scratch);
             const auto load = [&](int index, const Plane& plane) {
                 scratch.Load(index, plane, frame_.width, frame_.height, tile.x0, tile.y0, 0);
             };
             for (int c = 0; c < 3; ++c) {
-                load(kRobustGuide + c, guide_[static_cast<std::size_t>(c)]);
-                load(kRobustNoise + c, noise_[static_cast<std::size_t>(c)]);
+                load(kRobustGuide + c, guide_.color[static_cast<std::size_t>(c)]);
+                load(kRobustNoise + c, guide_.variance[static_cast<std::size_t>(c)]);
             }
-            load(kRobustShare, share_);
+            load(kRobustShare, guide_.share);
             std::vector<float> sums(
                 static_cast<std::size_t>(kRobustSums * kCandidates * kTileArea));
             kernels_.robust(scratch.planes(), scratch.stride(), tables_, tile.height, sums.data());
@@ -161,7 +114,7 @@ void RobustBank::FinishTile(const TileArea& tile, const float* sums) {
                     const std::size_t channel = c * kTileArea + static_cast<std::size_t>(at);
                     const float change = weight[kTileArea + channel] * inverse;
                     const float own =
-                        ranged ? inverse * (1 + (2.0f / 3.0f) * share_[i] *
+                        ranged ? inverse * (1 + (2.0f / 3.0f) * guide_.share[i] *
                                                     (curve[channel] - change * slope[channel]))
                                : inverse;
                     to.filtered[c][o] = frame_.color[c][i] + change;

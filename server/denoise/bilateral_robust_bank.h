@@ -41,17 +41,14 @@ class RobustBank {
     const std::string& features() const { return guides_.names; }  // that took part
 
   private:
-    void MakeGuide(const CancelToken& cancel);
-    void LoadTile(const TileArea& tile, TilePlanes* scratch) const;
     void FinishTile(const TileArea& tile, const float* sums);
 
     const Frame& frame_;
     const BilateralKernels& kernels_;
     Guides guides_;
     BankTables tables_;
-    std::array<Plane, 3> guide_, noise_;  // colour filtered by the smallest window, its variance
-    Plane share_;                         // of a pixel in its guide
-    std::array<Plane, 3> importance_;     // what squared errors count
+    FilteredColors guide_;
+    std::array<Plane, 3> importance_;  // what squared errors count
     int begin_ = 0, end_ = 0;
     std::array<RobustCandidate, kRobustCandidates> candidates_;
 };

@@ -49,22 +49,24 @@ Guides MakeGuides(const Frame& frame) {
     return guides;
 }
 
-TilePlanes::TilePlanes(int count, int radius)
-    : radius_(radius),
-      stride_(kTileWidth + 2 * radius),
-      data_(static_cast<std::size_t>(count) * stride_ * (kTileHeight + 2 * radius)) {
+// Planes a multiple of 4096 bytes apart would share few places of the processor's cache: they lie
+// some lines beyond.
+TilePlanes::TilePlanes(int count, const TileShape& shape)
+    : shape_(shape),
+      stride_(shape.width + 2 * shape.halo),
+      plane_size_((stride_ * (shape.height + 2 * shape.halo) + 1023) / 1024 * 1024 + 5 * 16),
+      data_(static_cast<std::size_t>(count * plane_size_)) {
     for (int p = 0; p < count; ++p) {
-        planes_.push_back(data_.data() + (p * (kTileHeight + 2 * radius) + radius) * stride_ +
-                          radius);
+        planes_.push_back(data_.data() + p * plane_size_ + shape.halo * stride_ + shape.halo);
     }
 }
 
 void TilePlanes::Load(int index, const Plane& plane, int width, int height, int x0, int y0,
                       float outside) {
-    float* to = data_.data() + index * (kTileHeight + 2 * radius_) * stride_;
-    const int left = x0 - radius_, from = std::max(left, 0);
+    float* to = data_.data() + index * plane_size_;
+    const int left = x0 - shape_.halo, from = std::max(left, 0);
     const int until = std::clamp(left + static_cast<int>(stride_), from, std::max(width, from));
-    for (int y = y0 - radius_; y < y0 + kTileHeight + radius_; ++y, to += stride_) {
+    for (int y = y0 - shape_.halo; y < y0 + shape_.height + shape_.halo; ++y, to += stride_) {
         std::fill_n(to, stride_, outside);
         if (y >= 0 && y < height) {
             const auto row = plane.begin() + static_cast<std::ptrdiff_t>(y) * width;
@@ -75,25 +77,26 @@ void TilePlanes::Load(int index, const Plane& plane, int width, int height, int 
 
 void ForEachTile(const Frame& frame, int planes, int radius, const CancelToken& cancel,
                  const std::function<void(const TileArea&, TilePlanes&)>& body) {
-    ForEachTile(frame, {0, frame.height}, planes, radius, cancel, body);
+    ForEachTile(frame, {0, frame.height}, planes, {.halo = radius}, cancel, body);
 }
 
-void ForEachTile(const Frame& frame, RowRange rows, int planes, int radius,
+void ForEachTile(const Frame& frame, RowRange rows, int planes, const TileShape& shape,
                  const CancelToken& cancel,
                  const std::function<void(const TileArea&, TilePlanes&)>& body) {
-    const std::size_t across = static_cast<std::size_t>(frame.width + kTileWidth - 1) / kTileWidth;
-    const std::size_t down =
-        static_cast<std::size_t>(rows.end - rows.begin + kTileHeight - 1) / kTileHeight;
+    const std::size_t across = static_cast<std::size_t>(frame.width + shape.width - 1) /
+                               static_cast<std::size_t>(shape.width);
+    const std::size_t down = static_cast<std::size_t>(rows.end - rows.begin + shape.height - 1) /
+                             static_cast<std::size_t>(shape.height);
     ParallelFor(0, across * down, 1, [&](std::size_t begin, std::size_t end) {
-        TilePlanes scratch(planes, radius);
+        TilePlanes scratch(planes, shape);
         for (std::size_t t = begin; t < end; ++t) {
             if (cancel.cancelled()) {
                 throw Error(ErrorCode::kCancelled, "the filter was cancelled");
             }
-            const int x0 = static_cast<int>(t % across) * kTileWidth;
-            const int y0 = rows.begin + static_cast<int>(t / across) * kTileHeight;
-            body({x0, y0, std::min(kTileWidth, frame.width - x0),
-                  std::min(kTileHeight, rows.end - y0)},
+            const int x0 = static_cast<int>(t % across) * shape.width;
+            const int y0 = rows.begin + static_cast<int>(t / across) * shape.height;
+            body({x0, y0, std::min(shape.width, frame.width - x0),
+                  std::min(shape.height, rows.end - y0)},
                  scratch);
         }
     });

@@ -19,10 +19,28 @@ struct Guides {
 };
 Guides MakeGuides(const Frame& frame);
 
-// One tile's scratch: `count` planes with a halo of `radius` pixels, for one thread.
+// Floats from a cache line's border on.
+class AlignedFloats {
+  public:
+    explicit AlignedFloats(std::size_t size) : lines_((size + 15) / 16) {}
+    float* data() { return lines_.empty() ? nullptr : lines_[0].values; }
+
+  private:
+    struct alignas(64) Line {
+        float values[16];
+    };
+    std::vector<Line> lines_;
+};
+
+struct TileShape {
+    int width = kTileWidth, height = kTileHeight, halo = 0;  // pixels
+};
+inline constexpr TileShape kPairTile = {kPairWidth, kPairHeight, kBankRadius};
+
+// One tile's scratch: `count` planes with their halo, for one thread.
 class TilePlanes {
   public:
-    TilePlanes(int count, int radius);
+    TilePlanes(int count, const TileShape& shape);
 
     // Copies the part of `plane` (width x height) around the tile at (x0, y0); `outside` where
     // there is none.
@@ -32,26 +50,27 @@ class TilePlanes {
     std::ptrdiff_t stride() const { return stride_; }
 
   private:
-    int radius_;
-    std::ptrdiff_t stride_;
-    std::vector<float> data_;
+    TileShape shape_;
+    std::ptrdiff_t stride_, plane_size_;  // floats
+    AlignedFloats data_;
     std::vector<const float*> planes_;
 };
 
 struct TileArea {
-    int x0, y0, width, height;  // pixels, at most kTileWidth x kTileHeight
+    int x0, y0, width, height;  // pixels, at most the shape's
 };
 
-// Rows [begin, end) of a frame; both multiples of kTileHeight, or the frame's height.
+// Rows [begin, end) of a frame.
 struct RowRange {
     int begin, end;
 };
 
 // Calls body(tile, scratch) for every tile of the frame, or of some of its rows, on several
 // threads, each with a scratch of its own. Throws kCancelled soon after `cancel` is set.
-void ForEachTile(const Frame& frame, RowRange rows, int planes, int radius,
+void ForEachTile(const Frame& frame, RowRange rows, int planes, const TileShape& shape,
                  const CancelToken& cancel,
                  const std::function<void(const TileArea&, TilePlanes&)>& body);
+// In tiles of kTileWidth x kTileHeight with a halo of `radius`.
 void ForEachTile(const Frame& frame, int planes, int radius, const CancelToken& cancel,
                  const std::function<void(const TileArea&, TilePlanes&)>& body);
 

@@ -7,7 +7,7 @@ namespace relume::denoise {
 namespace {
 
 constexpr float kEpsilon = 1e-3f;
-constexpr float kBiasFalls = 0.63f;  // 2^(-2/3)
+constexpr float kFalls = 0.57f;
 
 }  // namespace
 
@@ -128,8 +128,7 @@ std::array<Plane, 3> HalvesError(const Frame& frame, const FilteredHalves& halve
             const float to_b = frame.half[1][c][i] - fa, to_a = frame.half[0][c][i] - fb;
             // A half has twice the variance of the whole.
             const float mean = 0.5f * (to_b * to_b + to_a * to_a) - 2 * noise[c][i];
-            const float variance = 0.5f * (fa - fb) * (fa - fb);
-            error[c][i] = 0.5f * variance + kBiasFalls * (mean - variance);
+            error[c][i] = kFalls * mean;
         }
     }
     return error;

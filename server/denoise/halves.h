@@ -38,10 +38,11 @@ Plane Disagreement(const FilteredHalves& halves);
 // of the frame's mean. Mostly noise in one pixel, sound in a mean over many.
 //
 // Each filtered half is judged by the other one, which had no part in what the filter chose for it:
-// E_a = (B - F_a)^2 - v_b, E_b likewise (methods 2.8, step 3; Bitterli et al. 2016). Half of
-// (F_a - F_b)^2 of their mean is variance, the rest squared bias. With twice the samples the
-// variance halves, and the squared bias falls by 2^(-2/3): so it does for the best kernels of two
-// dimensions (Stone 1982), which narrow as samples come in.
+// E_a = (B - F_a)^2 - v_b, E_b likewise (methods 2.8, step 3; Bitterli et al. 2016). The whole
+// frame has twice the samples of a half: its error is 0.57 of a half's, as was measured for filters
+// that adapt (bench/sampling). Variance alone would halve, but the kernels narrow as samples come
+// in, so that bias and variance both fall: by 2^(-2/3) = 0.63 for the best kernels of two
+// dimensions (Stone 1982).
 std::array<Plane, 3> HalvesError(const Frame& frame, const FilteredHalves& halves,
                                  const std::array<Plane, 3>& noise);
 

@@ -4,17 +4,19 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
+#include "server/denoise/convolve_kernels.h"
 
 namespace relume::denoise {
 namespace {
 
 constexpr std::size_t kRowGrain = 8;
 
-// out = sum over k in [-radius, radius] of taps[k + radius] x in, first along rows, then along
-// columns.
+}  // namespace
+
 Plane Convolve(const Plane& in, int width, int height, const std::vector<float>& taps) {
     const int radius = static_cast<int>(taps.size()) / 2;
     const auto w = static_cast<std::size_t>(width);
+    const ConvolveKernel convolve = BestConvolve();
     Plane rows(in.size()), out(in.size());
     ParallelFor(0, static_cast<std::size_t>(height), kRowGrain,
                 [&](std::size_t y0, std::size_t y1) {
@@ -22,36 +24,23 @@ Plane Convolve(const Plane& in, int width, int height, const std::vector<float>&
                     for (std::size_t y = y0; y < y1; ++y) {
                         std::copy_n(in.begin() + static_cast<std::ptrdiff_t>(y * w), w,
                                     padded.begin() + radius);
-                        float* to = rows.data() + y * w;
-                        for (std::size_t k = 0; k < taps.size(); ++k) {
-                            const float* from = padded.data() + k;
-                            const float tap = taps[k];
-                            for (std::size_t x = 0; x < w; ++x) {
-                                to[x] += tap * from[x];
-                            }
-                        }
+                        convolve(padded.data(), 1, taps.data(), static_cast<int>(taps.size()),
+                                 width, rows.data() + y * w);
                     }
                 });
     ParallelFor(0, static_cast<std::size_t>(height), kRowGrain,
                 [&](std::size_t y0, std::size_t y1) {
-                    for (std::size_t y = y0; y < y1; ++y) {
-                        float* to = out.data() + y * w;
-                        const int first = std::max(static_cast<int>(y) - radius, 0);
-                        const int last = std::min(static_cast<int>(y) + radius, height - 1);
-                        for (int j = first; j <= last; ++j) {
-                            const float* from = rows.data() + static_cast<std::size_t>(j) * w;
-                            const float tap =
-                                taps[static_cast<std::size_t>(j - static_cast<int>(y) + radius)];
-                            for (std::size_t x = 0; x < w; ++x) {
-                                to[x] += tap * from[x];
-                            }
-                        }
+                    for (int y = static_cast<int>(y0); y < static_cast<int>(y1); ++y) {
+                        const int first = std::max(y - radius, 0);
+                        const int last = std::min(y + radius, height - 1);
+                        convolve(rows.data() + static_cast<std::size_t>(first) * w, width,
+                                 taps.data() + (first - y + radius), last - first + 1, width,
+                                 out.data() + static_cast<std::size_t>(y) * w);
                     }
                 });
     return out;
 }
 
-// Sum of the taps that lie in [0, size) when the centre is at each place.
 std::vector<float> TapSums(int size, const std::vector<float>& taps) {
     const int radius = static_cast<int>(taps.size()) / 2;
     std::vector<float> sums(static_cast<std::size_t>(size), 0.0f);
@@ -63,27 +52,36 @@ std::vector<float> TapSums(int size, const std::vector<float>& taps) {
     return sums;
 }
 
-}  // namespace
-
 Plane SumBox(const Plane& in, int width, int height, int radius) {
     return Convolve(in, width, height,
                     std::vector<float>(static_cast<std::size_t>(2 * radius + 1), 1.0f));
 }
 
-Plane BlurGaussian(const Plane& in, int width, int height, float sigma) {
+Plane BlurByTaps(const Plane& in, int width, int height, const std::vector<float>& taps) {
+    Plane out = Convolve(in, width, height, taps);
+    const std::vector<float> across = TapSums(width, taps), down = TapSums(height, taps);
+    ParallelFor(0, down.size(), kRowGrain, [&](std::size_t y0, std::size_t y1) {
+        for (std::size_t y = y0; y < y1; ++y) {
+            float* row = out.data() + y * across.size();
+            for (std::size_t x = 0; x < across.size(); ++x) {
+                row[x] /= across[x] * down[y];
+            }
+        }
+    });
+    return out;
+}
+
+std::vector<float> GaussianTaps(float sigma) {
     const int radius = static_cast<int>(std::ceil(3 * sigma));
     std::vector<float> taps;
     for (int k = -radius; k <= radius; ++k) {
         taps.push_back(std::exp(-0.5f * static_cast<float>(k * k) / (sigma * sigma)));
     }
-    Plane out = Convolve(in, width, height, taps);
-    const std::vector<float> across = TapSums(width, taps), down = TapSums(height, taps);
-    for (std::size_t y = 0, i = 0; y < down.size(); ++y) {
-        for (std::size_t x = 0; x < across.size(); ++x, ++i) {
-            out[i] /= across[x] * down[y];
-        }
-    }
-    return out;
+    return taps;
+}
+
+Plane BlurGaussian(const Plane& in, int width, int height, float sigma) {
+    return BlurByTaps(in, width, height, GaussianTaps(sigma));
 }
 
 Plane AverageOfThree(const Plane (&planes)[3]) {

@@ -37,16 +37,15 @@
 #include "server/denoise/feature_prefilter.h"
 #include "server/denoise/halves.h"
 #include "server/denoise/nlm_filter.h"
-#include "server/denoise/nlm_plan.h"
-#include "server/denoise/planes.h"
 #include "server/denoise/rd_filter.h"
+#include "server/denoise/share_samples.h"
 
 namespace relume::denoise {
 namespace {
 
 constexpr int kRadius = 10, kSecondRadius = 5;
 constexpr int kErrorRadius = 1, kChoiceRadius = 5;
-constexpr float kResidualBlur = 0.5f;  // pixels: a squared difference is too noisy to weigh by
+constexpr double kMostOfMean = 8;  // samples of a pixel in a plan, as nlm
 
 enum Candidate { kFine, kSmooth, kFeatures, kRdCandidates };
 constexpr RdFilter kCandidateFilters[kRdCandidates] = {
@@ -153,7 +152,7 @@ Blended Blend(const Frame& frame, const Candidates& candidates, const std::vecto
             out.color[c][i] = color;
             out.variance[c][i] = frame.has_halves() ? left * left : left * frame.variance[c][i];
         }
-        out.variance[c] = BlurGaussian(out.variance[c], frame.width, frame.height, kResidualBlur);
+        out.variance[c] = SmoothResidual(out.variance[c], frame.width, frame.height);
     }
     return out;
 }
@@ -214,7 +213,8 @@ class Rd final : public Denoiser {
         }
         FilterNlm(guide, kSmoothing, kRadius, std::vector<const Plane*>{&error},
                   std::vector{&smooth}, cancel, kernels_);
-        return SpreadSamples(smooth, samples);
+        return ShareSamples(smooth, samples, 0,
+                            kMostOfMean * samples / static_cast<double>(error.size()));
     }
 
   private:

@@ -10,6 +10,8 @@ std::unique_ptr<Denoiser> MakeNone(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeBilateral(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeNlm(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeRd(const ParamSet& params);
+std::unique_ptr<Denoiser> MakeSbf(const ParamSet& params);
+std::unique_ptr<Denoiser> MakeSbfGradient(const ParamSet& params);
 
 namespace {
 
@@ -37,6 +39,12 @@ constexpr struct {
      "robust denoising: the least of the weights by colour and by each prefiltered feature, three\n"
      "                     candidates chosen by SURE, and once more; Rousselle, Manzi, Zwicker "
      "2013\n"},
+    {"sbf", MakeSbf,
+     "cross-bilateral filter on normal, albedo and depth, the window of each pixel by SURE; Li, "
+     "Wu,\n"
+     "            Chuang 2012\n"},
+    {"sbf-gradient", MakeSbfGradient,
+     "sbf, with the gradient of the prefiltered image as one more feature; Xing, Chen, Li 2020\n"},
 };
 
 }  // namespace
@@ -58,7 +66,7 @@ std::unique_ptr<Denoiser> MakeDenoiser(const std::string& text) {
 std::string DescribeDenoisers() {
     std::string text;
     for (const auto& entry : kDenoisers) {
-        text += fmt::format("{:<11} {}", entry.name, entry.help);
+        text += fmt::format("{:<12} {}", entry.name, entry.help);
     }
     return text;
 }

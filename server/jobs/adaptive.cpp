@@ -57,7 +57,8 @@ class Adaptive final : public Planner {
         const std::uint64_t pass = budget < has + has / 2 ? budget : has;
         std::vector<float> deviation = RelativeDeviation(film);
         if (input.guide != nullptr && by_ == "filter") {
-            deviation = GuidedDeviation(film, (*input.guide)(film), deviation);
+            deviation =
+                GuidedDeviation(film, (*input.guide)(film, static_cast<double>(pass)), deviation);
         }
         plan.counts = ShareByDeviation(planned, deviation, pass, pass_);
         plan.selector.resize(planned.size());

@@ -18,7 +18,7 @@ constexpr std::uint64_t kAny = std::numeric_limits<std::uint64_t>::max();
 // Of a target: what a pass aims at, and what it may not fall below should the error fall faster by
 // kSteeper than expected.
 constexpr double kAim = 0.95, kFloor = 0.75;
-constexpr int kSteeper = 8;  // sixteenths
+constexpr int kSteeper = 16;  // sixteenths
 
 // The first pass under a time limit, which measures the speed: a pair is the least that has two
 // halves.

@@ -159,9 +159,9 @@ Plan BudgetedPlanner::WithinAllowance(const Input& input, std::uint64_t allowed,
         allowed =
             budgets_.samples.value_or(std::uint64_t{kMaxPixelSamples} * input.film.pixel_count());
     }
-    const Guide timed = [&](const Film& film) {
+    const Guide timed = [&](const Film& film, double samples) {
         const double before = input.seconds();
-        auto guide = (*input.guide)(film);
+        auto guide = (*input.guide)(film, samples);
         *filter_seconds += input.seconds() - before;
         return guide;
     };

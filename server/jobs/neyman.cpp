@@ -89,29 +89,9 @@ std::vector<std::uint32_t> ShareByDeviation(std::span<const std::uint32_t> plann
                                             std::uint64_t budget, std::uint32_t salt) {
     const std::size_t pixels = planned.size();
     const double lambda = FindLambda(planned, deviation, static_cast<double>(budget));
-    std::vector<std::uint32_t> counts(pixels);
-    std::uint64_t sum = 0;
-    for (std::size_t i = 0; i < pixels; ++i) {
-        // Pairs, rounded up or down by a number of the pixel's own.
-        std::uint32_t hash = static_cast<std::uint32_t>(i) * 0x9e3779b9u + salt * 0x85ebca6bu;
-        hash ^= hash >> 16;
-        hash *= 0x7feb352du;
-        hash ^= hash >> 15;
-        hash *= 0x846ca68bu;
-        hash ^= hash >> 16;
-        const double pairs = 0.5 * Wish(planned[i], deviation[i], lambda) + hash * 0x1p-32;
-        counts[i] = 2 * static_cast<std::uint32_t>(pairs);
-        sum += counts[i];
-    }
-    if (sum > budget) {
-        ScaleDown(budget, &counts);
-    } else if (sum > 0) {
-        const std::vector<std::uint32_t> rest = SpreadEvenly(pixels, budget - sum, 2);
-        for (std::size_t i = 0; i < pixels; ++i) {
-            counts[i] += rest[i];
-        }
-    }
-    return counts;
+    return RoundToPairs(
+        pixels, [&](std::size_t i) { return Wish(planned[i], deviation[i], lambda); }, budget,
+        salt);
 }
 
 }  // namespace relume::jobs

@@ -27,10 +27,13 @@ struct Plan {
     std::vector<Decision> decisions;    // empty, or as selector
 };
 
-// Where samples change the filtered image most: an estimate of its variance relative to its
-// brightness, a pixel, row-major: (F_a - F_b)^2 / (F^2 + 1e-3), mean over RGB, of the two halves
-// filtered apart. A pure function of the film; thread-safe.
-using Guide = std::function<std::vector<float>(const Film&)>;
+// What a filter says of where `samples` more should go, a pixel, row-major: one of
+// - where they change the filtered image most, an estimate of its variance relative to its
+//   brightness: (F_a - F_b)^2 / (F^2 + 1e-3), mean over RGB, of the two halves filtered apart;
+// - for a planner that has a Method: the counts that this filter's own plan expects, `samples` in
+//   all.
+// A pure function of film and number; thread-safe.
+using Guide = std::function<std::vector<float>(const Film&, double samples)>;
 
 // What a plan is made from.
 struct PlanInput {
@@ -62,6 +65,8 @@ class Planner {
     // Name with all parameters, "paper:mode=corrected,...".
     virtual std::string Describe() const = 0;
     virtual FilmView View() const = 0;
+    // The filter whose own plan this is, whatever filters the image; null: none.
+    virtual const char* Method() const { return nullptr; }
     // The next pass, called once a pass, on any thread.
     virtual Plan NextPass(const PlanInput& input) = 0;
 };

@@ -10,6 +10,11 @@ std::unique_ptr<Planner> MakeUniform(const ParamSet& params);
 std::unique_ptr<Planner> MakeAdaptive(const ParamSet& params);
 std::unique_ptr<Planner> MakePaper(const ParamSet& params);
 std::unique_ptr<Planner> MakeProbe(const ParamSet& params);
+std::unique_ptr<Planner> MakeGem(const ParamSet& params);
+std::unique_ptr<Planner> MakeNlm(const ParamSet& params);
+std::unique_ptr<Planner> MakeSbf(const ParamSet& params);
+std::unique_ptr<Planner> MakeRd(const ParamSet& params);
+std::unique_ptr<Planner> MakeWlr(const ParamSet& params);
 
 namespace {
 
@@ -38,6 +43,22 @@ constexpr struct {
      "    passes=256       most passes, 1 to 10000\n"
      "    A pixel that has seen no light yet stops for good: rarely lit regions come out too "
      "dark.\n"},
+    {"gem", MakeGem,
+     "the plan of filter 'gem': the pixels with the worst error; Rousselle, Knaus, Zwicker 2011\n"
+     "    pilot=4          samples a pixel in the first pass; even, 4 to 4096\n"
+     "    passes=8         the rest of the budget is spent in so many, 1 to 1000\n"},
+    {"nlm", MakeNlm,
+     "the plan of filter 'nlm': where its halves differ; Rousselle, Knaus, Zwicker 2012\n"
+     "    pilot=4, passes=8   as gem's\n"},
+    {"sbf", MakeSbf,
+     "the plan of filter 'sbf': by its estimate of the error (SURE); Li, Wu, Chuang 2012\n"
+     "    pilot=8, passes=1   as gem's\n"},
+    {"rd", MakeRd,
+     "the plan of filter 'rd': by its estimate of the error; Rousselle, Manzi, Zwicker 2013\n"
+     "    pilot=4, passes=3   as gem's\n"},
+    {"wlr", MakeWlr,
+     "the plan of filter 'wlr': by its variance and bias; Moon, Carr, Yoon 2014\n"
+     "    pilot=4, passes=8   as gem's\n"},
     {"probe", MakeProbe,
      "many samples at a few random pixels, none elsewhere: what `relume verify` uses\n"
      "    pixels=1024      how many pixels, 1 to 1000000\n"

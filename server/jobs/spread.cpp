@@ -73,4 +73,30 @@ std::vector<std::uint32_t> SpreadPilot(std::size_t pixels, std::uint32_t spp,
     return SpreadEvenly(pixels, samples, samples < 2 * std::uint64_t{pixels} ? 1 : 2);
 }
 
+std::vector<std::uint32_t> RoundToPairs(std::size_t pixels,
+                                        const std::function<double(std::size_t)>& expected,
+                                        std::uint64_t samples, std::uint32_t salt) {
+    std::vector<std::uint32_t> counts(pixels);
+    std::uint64_t sum = 0;
+    for (std::size_t i = 0; i < pixels; ++i) {
+        std::uint32_t hash = static_cast<std::uint32_t>(i) * 0x9e3779b9u + salt * 0x85ebca6bu;
+        hash ^= hash >> 16;
+        hash *= 0x7feb352du;
+        hash ^= hash >> 15;
+        hash *= 0x846ca68bu;
+        hash ^= hash >> 16;
+        counts[i] = 2 * static_cast<std::uint32_t>(0.5 * expected(i) + hash * 0x1p-32);
+        sum += counts[i];
+    }
+    if (sum > samples) {
+        ScaleDown(samples, &counts);
+    } else if (sum > 0) {
+        const std::vector<std::uint32_t> rest = SpreadEvenly(pixels, samples - sum, 2);
+        for (std::size_t i = 0; i < pixels; ++i) {
+            counts[i] += rest[i];
+        }
+    }
+    return counts;
+}
+
 }  // namespace relume::jobs

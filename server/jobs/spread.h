@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace relume::jobs {
@@ -19,5 +20,11 @@ void ScaleDown(std::uint64_t samples, std::vector<std::uint32_t>* counts);
 // A first pass of `spp` samples a pixel, or as many of them as the budget has. Packs of two, but
 // below two samples a pixel singles: no pixel is left out for another's pair.
 std::vector<std::uint32_t> SpreadPilot(std::size_t pixels, std::uint32_t spp, std::uint64_t budget);
+
+// Expected counts as whole pairs, rounded up or down by a number of the pixel's own and of `salt`,
+// and brought to `samples` in all (one less if that is odd). All 0 if they round to nothing.
+std::vector<std::uint32_t> RoundToPairs(std::size_t pixels,
+                                        const std::function<double(std::size_t)>& expected,
+                                        std::uint64_t samples, std::uint32_t salt);
 
 }  // namespace relume::jobs

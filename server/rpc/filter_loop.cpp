@@ -16,7 +16,7 @@ jobs::Guide MakeGuide(const std::string& filter) {
     if (denoiser->Describe() == "none" || denoiser->GetNeeds().halves) {
         return {};
     }
-    return [denoiser](const Film& film) {
+    return [denoiser](const Film& film, double) {
         const denoise::Frame small = denoise::ShrinkFrame(denoise::FrameFromFilm(film));
         const denoise::Plane differ =
             denoise::Disagreement(denoise::FilterHalves(*denoiser, small, CancelToken()));
@@ -27,6 +27,13 @@ jobs::Guide MakeGuide(const std::string& filter) {
                 differ[i / width / 2 * static_cast<std::size_t>(small.width) + i % width / 2];
         }
         return whole;
+    };
+}
+
+jobs::Guide MakeMethodGuide(const std::string& filter) {
+    std::shared_ptr<const denoise::Denoiser> denoiser = denoise::MakeDenoiser(filter);
+    return [denoiser](const Film& film, double samples) {
+        return denoiser->PlanSamples(denoise::FrameFromFilm(film), samples, CancelToken());
     };
 }
 

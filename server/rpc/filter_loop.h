@@ -12,6 +12,9 @@ namespace relume::server {
 // Halves of the size are filtered: a quarter of the time, and no worse a guide (bench/sampling).
 jobs::Guide MakeGuide(const std::string& filter);
 
+// The plan of a filter that has one of its own, by name: a planner's Method.
+jobs::Guide MakeMethodGuide(const std::string& filter);
+
 // Estimated RelMSE of a job's image if it were finished now (denoise/error_estimate.h); of the
 // unfiltered image if the filter has no estimate.
 double EstimateImageError(const Film& film, const std::string& filter);

@@ -119,7 +119,8 @@ jobs::JobSetup CheckedSpec::Setup() const {
     setup.tile_size = tile_size;
     setup.budgets = budgets;
     setup.planner = jobs::MakePlanner(sampler);
-    setup.guide = MakeGuide(filter);
+    const char* method = setup.planner->Method();
+    setup.guide = method != nullptr ? MakeMethodGuide(method) : MakeGuide(filter);
     setup.estimators.error = [name = filter](const Film& film) {
         return EstimateImageError(film, name);
     };

@@ -103,14 +103,14 @@ TEST_P(EveryFilter, FewSamplesAreEnough) {
 // bilateral: window 16, choice by SURE blurred over 12; robust mode's weights see the variance
 // through its guide, 2, and its share is blurred over 24. nlm: window 10, two patches of 3. rd:
 // features filtered over 5 by patches of 3 after their variance was regularised too, blurred over
-// 2, gradient 1, window 10; then its error is smoothed over 1 and the choice over 5, both by
-// patches of 3, the residual variance blurred over 2, and a second window is 5 by patches of 3.
+// 1, gradient 1, window 10; then its error is smoothed over 1 and the choice over 5, both by
+// patches of 3, the residual variance blurred over 1, and a second window is 5 by patches of 3.
 int HaloOf(std::string_view filter) {
     if (filter == "nlm") {
         return 10 + 10 + 3 + 3;
     }
     if (filter == "rd") {
-        return 10 + 5 + 3 + 2 + 1 + 10 + 1 + 5 + 2 + 5 + 3;
+        return 10 + 5 + 3 + 1 + 1 + 10 + 1 + 5 + 1 + 5 + 3;
     }
     return filter.find("robust") != std::string_view::npos ? 10 + 2 + 16 + 12 + 24 : 16 + 12;
 }

@@ -149,7 +149,7 @@ TEST(Adaptive, SpendsWhereTheFilteredHalvesDisagree) {
         return 0.5f + PseudoUniform(x, y, index, 0);
     };
     Film film({0, 0, kWidth, kHeight}, kWidth, kHeight);
-    const Guide guide = [](const Film& f) {
+    const Guide guide = [](const Film& f, double) {
         std::vector<float> out(f.pixel_count());
         for (std::size_t i = 0; i < out.size(); ++i) {
             out[i] = i % kWidth < kWidth / 2 ? 1.0f : 0.01f;

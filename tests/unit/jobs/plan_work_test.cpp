@@ -253,13 +253,15 @@ TEST_F(PlanWorkTest, AJobTellsWhatIsExpectedAndWhyItStopped) {
 }
 
 TEST_F(PlanWorkTest, GuideGoesInAndTheLastSelectorComesOut) {
-    const Guide guide = [](const Film& film) { return std::vector<float>(film.pixel_count(), 7); };
+    const Guide guide = [](const Film& film, double) {
+        return std::vector<float>(film.pixel_count(), 7);
+    };
     int plans = 0;
     AddJob(
         FilmView::kLagging,
         [&](const PlanInput& input) {
             Plan plan = plans++ == 0 ? Even(8) : Plan{{}, "all done", {}, {}};
-            plan.selector = (*input.guide)(input.film);
+            plan.selector = (*input.guide)(input.film, 1);
             plan.selector[0] = static_cast<float>(plans);
             plan.decisions.assign(kWindow.area(), Decision::kConverged);
             return plan;

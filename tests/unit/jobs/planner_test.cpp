@@ -61,8 +61,8 @@ PlannedJob RunPlanner(const std::string& text, Film* film, std::uint64_t budget)
 
 TEST(Planners, NamesAndParametersAreCheckedAndTheKnownOnesSaid) {
     for (const auto& [text, said] : std::vector<std::pair<std::string, std::string>>{
-             {"unifrom", "known: uniform, adaptive, paper, probe"},
-             {"", "known: uniform, adaptive, paper, probe"},
+             {"unifrom", "known: uniform, adaptive, paper, gem, nlm, sbf, rd, wlr, probe"},
+             {"", "known: uniform, adaptive, paper, gem, nlm, sbf, rd, wlr, probe"},
              {"uniform:pilott=4", "'pilott'; known: pilot"},
              {"uniform:pilot=3", "must be even"},
              {"uniform:pilot=many", "one number"},

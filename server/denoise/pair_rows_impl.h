@@ -1,0 +1,125 @@
+// Weighted sums over all pairs of pixels of a tile, for kernels whose weights are the same from
+// both ends: each pair is weighed once. Included by the bodies of kernels after lanes_impl.h.
+//
+// Loops run along rows, in several short passes. One long chain of operations a pair would leave
+// the processor waiting: its window for finding independent work holds little more than one such
+// chain.
+#include "server/denoise/bilateral_kernels.h"
+
+namespace relume::denoise {
+namespace {
+
+static_assert(kPairWidth % 16 == 0 && kBankRadius % 16 == 0);
+
+constexpr float kLargestExponent = 40;  // weights below exp(-40) are 0
+
+// The weights of a row of pixels with those `dy` rows below: of kind k of pair (x, x + dx) in
+// right(dx, k)[x], -dx <= x < kPairWidth; of (x, x - dx) in left(dx, k)[x], 0 <= x < kPairWidth +
+// dx.
+template <int kKinds>
+class PairRow {
+  public:
+    static constexpr int kStride = kPairWidth + 2 * kBankRadius;
+    static constexpr int kSize = 2 * kKinds * kStride * (kBankRadius + 1);
+
+    explicit PairRow(float* at) : at_(at) {}
+    float* right(int dx, int kind) const {
+        return at_ + ((2 * dx) * kKinds + kind) * kStride + kBankRadius;
+    }
+    float* left(int dx, int kind) const { return right(dx, kKinds + kind); }
+
+  private:
+    float* at_;
+};
+
+inline int RoundUp(int value) { return (value + RELUME_LANES - 1) / RELUME_LANES * RELUME_LANES; }
+
+// Fills the rows of one distance. `Pair` has kKinds, Center, LoadCenter(at) and Exponents(center,
+// at, e): weights are exp(-e).
+template <class Pair>
+inline void WeighRow(const Pair& pair, std::ptrdiff_t row, std::ptrdiff_t below, int dx,
+                     const PairRow<Pair::kKinds>& to) {
+    constexpr int kKinds = Pair::kKinds;
+    const int reach = RoundUp(dx);
+    const auto weigh = [&](const typename Pair::Center& center, int x, int step, float* first) {
+        Floats e[kKinds];
+        pair.Exponents(center, row + below + x + step, e);
+        for (int k = 0; k < kKinds; ++k) {
+            Store(first + k * PairRow<kKinds>::kStride + x, e[k]);
+        }
+    };
+    float* right = to.right(dx, 0);
+    float* left = to.left(dx, 0);
+    const bool both = dx != 0 && below != 0;
+    for (int x = -reach; x < 0; x += RELUME_LANES) {
+        weigh(pair.LoadCenter(row + x), x, dx, right);
+    }
+    for (int x = 0; x < kPairWidth; x += RELUME_LANES) {
+        const auto center = pair.LoadCenter(row + x);
+        weigh(center, x, dx, right);
+        if (both) {
+            weigh(center, x, -dx, left);
+        }
+    }
+    for (int x = kPairWidth; both && x < kPairWidth + reach; x += RELUME_LANES) {
+        weigh(pair.LoadCenter(row + x), x, -dx, left);
+    }
+    const auto exponentiate = [](float* at, int from, int until) {
+        for (int x = from; x < until; x += RELUME_LANES) {
+            Store(at + x, ExpOfMinus(Load(at + x), kLargestExponent));
+        }
+    };
+    for (int k = 0; k < kKinds; ++k) {
+        exponentiate(to.right(dx, k), -reach, kPairWidth);
+        if (both) {
+            exponentiate(to.left(dx, k), 0, kPairWidth + reach);
+        }
+    }
+}
+
+// The neighbours of a row of pixels at (+-dx, +-dy): weight[n][x] is that of the pixel at x with
+// the one `offset` from it, plus kind * PairRow::kStride for the other kinds.
+template <int kCount>
+struct Ring {
+    const float* weight[kCount];
+    std::ptrdiff_t offset[kCount];
+};
+
+// Calls add(ring, y, dy, dx) for rows 0 <= y < height of the tile and distances up to `radius`
+// whose weight spatial[dy][dx] is not 0. `scratch` holds PairRow::kSize * (kBankRadius + 1) floats.
+template <class Pair, class Add>
+inline void ForEachRing(const Pair& pair, std::ptrdiff_t stride, int radius,
+                        const float (&spatial)[kBankRadius + 1][kBankRadius + 1], int height,
+                        float* scratch, const Add& add) {
+    using Row = PairRow<Pair::kKinds>;
+    for (int dy = 0; dy <= radius; ++dy) {
+        const std::ptrdiff_t below = dy * stride;
+        for (int y = -dy; y < height; ++y) {
+            // The rows from y - dy to y are kept, in turn.
+            const Row here(scratch + (y + dy) % (dy + 1) * Row::kSize);
+            const Row there(scratch + (y + dy + 1) % (dy + 1) * Row::kSize);
+            for (int dx = dy == 0 ? 1 : 0; dx <= radius; ++dx) {
+                if (spatial[dy][dx] == 0) {
+                    continue;
+                }
+                WeighRow(pair, y * stride, below, dx, here);
+                if (y < 0) {
+                    continue;
+                }
+                if (dy == 0) {
+                    add(Ring<2>{{here.right(dx, 0), here.right(dx, 0) - dx}, {dx, -dx}}, y, dy, dx);
+                } else if (dx == 0) {
+                    add(Ring<2>{{here.right(0, 0), there.right(0, 0)}, {below, -below}}, y, dy, dx);
+                } else {
+                    add(Ring<4>{{here.right(dx, 0), here.left(dx, 0), there.left(dx, 0) + dx,
+                                 there.right(dx, 0) - dx},
+                                {below + dx, below - dx, -below + dx, -below - dx}},
+                        y, dy, dx);
+                }
+            }
+        }
+    }
+}
+
+}  // namespace
+}  // namespace relume::denoise

@@ -1,0 +1,160 @@
+// Body of the kernels of SBF, included by one source per instruction set with RELUME_LANES (floats
+// a vector) defined.
+#include "server/denoise/lanes_impl.h"
+#include "server/denoise/pair_rows_impl.h"
+#include "server/denoise/sbf_kernels.h"
+
+namespace relume::denoise {
+namespace {
+
+// Sum over `kTerms` of numerator / denominator as one fraction, left in the first.
+template <int kTerms>
+inline void AddFractions(Floats* numerator, Floats* denominator) {
+    if constexpr (kTerms > 1) {
+        for (int i = 0; i < kTerms / 2; ++i) {
+            numerator[i] = numerator[2 * i] * denominator[2 * i + 1] +
+                           numerator[2 * i + 1] * denominator[2 * i];
+            denominator[i] = denominator[2 * i] * denominator[2 * i + 1];
+        }
+        if constexpr (kTerms % 2 != 0) {
+            numerator[kTerms / 2] = numerator[kTerms - 1];
+            denominator[kTerms / 2] = denominator[kTerms - 1];
+        }
+        AddFractions<(kTerms + 1) / 2>(numerator, denominator);
+    }
+}
+
+// Weights exp(-sum over features of d^2 / max(spread_i + spread_j, 1)): one division for all. With
+// the gradient of kinds: its term 0, 1 and 4 times.
+template <int kKindCount>
+struct SbfPair {
+    static constexpr int kKinds = kKindCount;
+    struct Center {
+        Floats feature[kSbfFeatures + 1], spread[kSbfFeatures + 1];
+    };
+
+    Center LoadCenter(std::ptrdiff_t at) const {
+        Center center;
+        for (int f = 0; f < kSbfFeatures; ++f) {
+            center.feature[f] = Load(planes[kSbfFeature + f] + at);
+            center.spread[f] = Load(planes[kSbfSpread + f] + at);
+        }
+        if constexpr (kKinds > 1) {
+            center.feature[kSbfFeatures] = Load(planes[kSbfGradient] + at);
+            center.spread[kSbfFeatures] = Load(planes[kSbfGradient + 1] + at);
+        }
+        return center;
+    }
+
+    void Exponents(const Center& center, std::ptrdiff_t at, Floats (&e)[kKinds]) const {
+        Floats square[kSbfFeatures], spread[kSbfFeatures];
+        for (int f = 0; f < kSbfFeatures; ++f) {
+            const Floats d = Load(planes[kSbfFeature + f] + at) - center.feature[f];
+            square[f] = d * d;
+            spread[f] = Max(center.spread[f] + Load(planes[kSbfSpread + f] + at), Fill(1.0f));
+        }
+        AddFractions<kSbfFeatures>(square, spread);
+        e[0] = square[0] / spread[0];
+        if constexpr (kKinds > 1) {
+            const Floats d = Load(planes[kSbfGradient] + at) - center.feature[kSbfFeatures];
+            const Floats by_gradient =
+                d * d /
+                Max(center.spread[kSbfFeatures] + Load(planes[kSbfGradient + 1] + at), Fill(1.0f));
+            e[1] = e[0] + by_gradient;
+            e[2] = e[0] + 4.0f * by_gradient;
+        }
+    }
+
+    const float* const* planes;
+};
+
+template <int kKinds>
+void BankOf(const float* const* planes, std::ptrdiff_t stride, const BankTables& tables, int height,
+            float* scratch, float* out) {
+    constexpr int kTotal = kKinds * kCandidates;
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < kPairWidth; x += RELUME_LANES) {
+            for (int k = 0; k < kTotal; ++k) {
+                Store(out + SbfSum(kTotal, y, k, 0) + x, Fill(1.0f));
+                for (int c = 0; c < kSbfColors; ++c) {
+                    Store(out + SbfSum(kTotal, y, k, 1 + c) + x,
+                          Load(planes[kSbfData + c] + y * stride + x));
+                }
+            }
+        }
+    }
+    // The neighbours at one distance are summed once, for all the windows that reach so far.
+    const auto add = [&](const auto& ring, int y, int dy, int dx) {
+        const int reach = dx > dy ? dx : dy;
+        int first = kCandidates - 1;
+        while (first > 0 && tables.radius[first - 1] >= reach) {
+            --first;
+        }
+        for (int kind = 0; kind < kKinds; ++kind) {
+            for (int x = 0; x < kPairWidth; x += RELUME_LANES) {
+                Floats sum[kSbfSums]{};
+                for (std::size_t n = 0; n < sizeof(ring.weight) / sizeof(ring.weight[0]); ++n) {
+                    const Floats w = Load(ring.weight[n] + kind * PairRow<kKinds>::kStride + x);
+                    const std::ptrdiff_t at = y * stride + x + ring.offset[n];
+                    sum[0] += w;
+                    for (int c = 0; c < kSbfColors; ++c) {
+                        sum[1 + c] += w * Load(planes[kSbfData + c] + at);
+                    }
+                }
+                for (int k = first; k < kCandidates; ++k) {
+                    const float spatial = tables.spatial[k][dy][dx];
+                    for (int s = 0; s < kSbfSums; ++s) {
+                        float* total = out + SbfSum(kTotal, y, kind * kCandidates + k, s) + x;
+                        Store(total, Load(total) + sum[s] * spatial);
+                    }
+                }
+            }
+        }
+    };
+    ForEachRing(SbfPair<kKinds>{planes}, stride, tables.radius[kCandidates - 1],
+                tables.spatial[kCandidates - 1], height, scratch, add);
+}
+
+void SbfBank(const float* const* planes, std::ptrdiff_t stride, const BankTables& tables,
+             int candidates, int height, float* scratch, float* out) {
+    (candidates == kCandidates ? BankOf<1> : BankOf<kSbfGradientKinds>)(planes, stride, tables,
+                                                                        height, scratch, out);
+}
+
+void SbfSmooth(const float* const* planes, std::ptrdiff_t stride, const BankTables& tables, int k,
+               int groups, int height, float* scratch, float* out) {
+    const int count = groups * kSbfGroup;
+    for (int y = 0; y < height; ++y) {
+        for (int s = 0; s < count; ++s) {
+            for (int x = 0; x < kPairWidth; x += RELUME_LANES) {
+                Store(out + (y * count + s) * kPairWidth + x,
+                      Load(planes[kSbfData + s] + y * stride + x));
+            }
+        }
+    }
+    const auto add = [&](const auto& ring, int y, int dy, int dx) {
+        const float spatial = tables.spatial[k][dy][dx];
+        for (int first = 0; first < count; first += kSbfGroup) {
+            const float* const* data = planes + kSbfData + first;
+            for (int x = 0; x < kPairWidth; x += RELUME_LANES) {
+                Floats sum[kSbfGroup]{};
+                for (std::size_t n = 0; n < sizeof(ring.weight) / sizeof(ring.weight[0]); ++n) {
+                    const Floats w = Load(ring.weight[n] + x);
+                    const std::ptrdiff_t at = y * stride + x + ring.offset[n];
+                    for (int s = 0; s < kSbfGroup; ++s) {
+                        sum[s] += w * Load(data[s] + at);
+                    }
+                }
+                for (int s = 0; s < kSbfGroup; ++s) {
+                    float* total = out + (y * count + first + s) * kPairWidth + x;
+                    Store(total, Load(total) + sum[s] * spatial);
+                }
+            }
+        }
+    };
+    ForEachRing(SbfPair<1>{planes}, stride, tables.radius[k], tables.spatial[k], height, scratch,
+                add);
+}
+
+}  // namespace
+}  // namespace relume::denoise
