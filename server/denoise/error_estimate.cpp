@@ -16,39 +16,10 @@ namespace {
 using Rgb = std::array<Plane, 3>;
 
 // Standard deviation of what all pixels share, over the estimate: measured by bench/sampling.
-constexpr double kNoisyBias = 0.13, kFilteredBias = 0.15;
+constexpr double kNoisyBias = 0.13, kFilteredBias = 0.12;
 // Errors relative to the filtered image's own brightness, not to the truth's, come out too small:
 // large ones are mostly of pixels that are too bright. Measured by bench/sampling.
-constexpr float kBrighterWhereWrong = 1.12f;
-
-// Variance of the mean a pixel and channel. That of the halves, where they are there: for one
-// sample that is far out it is what that adds to the squared error, so that the two cancel.
-Rgb NoiseOf(const Frame& frame) {
-    Rgb noise{frame.variance[0], frame.variance[1], frame.variance[2]};
-    for (std::size_t c = 0; c < 3 && frame.has_halves(); ++c) {
-        for (std::size_t i = 0; i < noise[c].size(); ++i) {
-            const float n = frame.count.empty() ? 2 : frame.count[i];
-            const float delta = frame.half[0][c][i] - frame.half[1][c][i];
-            noise[c][i] =
-                n > 1 ? delta * delta * HalfCount(n, 1) * HalfCount(n, 0) / (n * n) : noise[c][i];
-        }
-    }
-    return noise;
-}
-
-// Squared brightness of the filtered image. The halves' errors are independent, so that their
-// product, unlike a square, is on average what it would be without any.
-Rgb FilteredYardstick(const FilteredHalves& halves) {
-    Rgb squares;
-    for (std::size_t c = 0; c < 3; ++c) {
-        const Plane &a = halves.color[0][c], &b = halves.color[1][c];
-        squares[c].resize(a.size());
-        for (std::size_t i = 0; i < a.size(); ++i) {
-            squares[c][i] = std::max(0.0f, a[i] * b[i]);
-        }
-    }
-    return squares;
-}
+constexpr float kBrighterWhereWrong = 1.06f;
 
 // `squared`: estimated squared errors a pixel and channel; `yardstick`: what they are relative to.
 ErrorEstimate Summarise(const Frame& frame, const Rgb& squared, const Rgb& yardstick,
@@ -80,10 +51,57 @@ ErrorEstimate Summarise(const Frame& frame, const Rgb& squared, const Rgb& yards
     return estimate;
 }
 
+ErrorEstimate JudgeHalves(const Frame& frame, const FilteredHalves& halves) {
+    const Rgb noise = VarianceByHalves(frame), yardstick = FilteredYardstick(halves);
+    Rgb squared = HalvesError(frame, halves, noise);
+    for (Plane& plane : squared) {
+        for (float& error : plane) {
+            error *= kBrighterWhereWrong;
+        }
+    }
+    ErrorEstimate estimate = Summarise(frame, squared, yardstick, kFilteredBias);
+    for (std::size_t c = 0; c < 3; ++c) {
+        for (std::size_t i = 0; i < frame.pixel_count(); ++i) {
+            estimate.unfiltered += noise[c][i] / (3 * (yardstick[c][i] + kRelMSEEpsilon)) /
+                                   static_cast<double>(frame.pixel_count());
+        }
+    }
+    return estimate;
+}
+
 }  // namespace
 
+// That of the halves, where they are there: for one
+// sample that is far out it is what that adds to the squared error, so that the two cancel.
+std::array<Plane, 3> VarianceByHalves(const Frame& frame) {
+    Rgb noise{frame.variance[0], frame.variance[1], frame.variance[2]};
+    for (std::size_t c = 0; c < 3 && frame.has_halves(); ++c) {
+        for (std::size_t i = 0; i < noise[c].size(); ++i) {
+            const float n = frame.count.empty() ? 2 : frame.count[i];
+            const float delta = frame.half[0][c][i] - frame.half[1][c][i];
+            noise[c][i] =
+                n > 1 ? delta * delta * HalfCount(n, 1) * HalfCount(n, 0) / (n * n) : noise[c][i];
+        }
+    }
+    return noise;
+}
+
+// The halves' errors are independent, so that their
+// product, unlike a square, is on average what it would be without any.
+std::array<Plane, 3> FilteredYardstick(const FilteredHalves& halves) {
+    Rgb squares;
+    for (std::size_t c = 0; c < 3; ++c) {
+        const Plane &a = halves.color[0][c], &b = halves.color[1][c];
+        squares[c].resize(a.size());
+        for (std::size_t i = 0; i < a.size(); ++i) {
+            squares[c][i] = std::max(0.0f, a[i] * b[i]);
+        }
+    }
+    return squares;
+}
+
 ErrorEstimate EstimateNoisy(const Frame& frame) {
-    return Summarise(frame, NoiseOf(frame), SquaredYardstick(frame), kNoisyBias);
+    return Summarise(frame, VarianceByHalves(frame), SquaredYardstick(frame), kNoisyBias);
 }
 
 std::optional<ErrorEstimate> EstimateByHalves(const Denoiser& denoiser, const Frame& frame,
@@ -91,25 +109,21 @@ std::optional<ErrorEstimate> EstimateByHalves(const Denoiser& denoiser, const Fr
     if (!frame.has_halves() || denoiser.GetNeeds().halves) {
         return std::nullopt;
     }
-    const FilteredHalves halves = FilterHalves(denoiser, frame, cancel);
-    Rgb squared = HalvesError(frame, halves, NoiseOf(frame));
-    for (Plane& plane : squared) {
-        for (float& error : plane) {
-            error *= kBrighterWhereWrong;
-        }
-    }
-    return Summarise(frame, squared, FilteredYardstick(halves), kFilteredBias);
+    return JudgeHalves(frame, FilterHalves(denoiser, frame, cancel));
 }
 
 std::optional<ErrorEstimate> EstimateFiltered(const Denoiser& denoiser, const Frame& frame,
                                               const Result& result, const CancelToken& cancel) {
+    if (result.halves) {
+        return JudgeHalves(frame, *result.halves);
+    }
     if (auto estimate = EstimateByHalves(denoiser, frame, cancel)) {
         return estimate;
     }
     if (!result.derivative) {
         return std::nullopt;
     }
-    Rgb squared = NoiseOf(frame);
+    Rgb squared = VarianceByHalves(frame);
     for (std::size_t c = 0; c < 3; ++c) {
         for (std::size_t i = 0; i < squared[c].size(); ++i) {
             const float residual = result.color[c][i] - frame.color[c][i];

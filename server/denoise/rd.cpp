@@ -33,6 +33,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/denoise/crop_frame.h"
 #include "server/denoise/nlm_filter.h"
 #include "server/denoise/rd_frame.h"
 #include "server/denoise/share_samples.h"
@@ -42,38 +43,29 @@ namespace {
 
 constexpr double kMostOfMean = 8;  // samples of a pixel in a plan, as nlm
 
-// Rows [begin, end) of a plane, or nothing of an empty one.
-Plane RowsOf(const Plane& plane, int width, int begin, int end) {
-    if (plane.empty()) {
-        return {};
-    }
-    return {plane.begin() + static_cast<std::ptrdiff_t>(begin) * width,
-            plane.begin() + static_cast<std::ptrdiff_t>(end) * width};
-}
-
-// Those planes of some rows of a frame that FilterRdFrame reads.
-Frame RowsOf(const Frame& frame, int begin, int end) {
+// Those planes of a part of a frame that FilterRdFrame reads.
+Frame Crop(const Frame& frame, const TileRect& rect) {
     Frame out;
-    out.width = frame.width;
-    out.height = end - begin;
+    out.width = rect.width();
+    out.height = rect.height();
     for (int c = 0; c < 3; ++c) {
-        out.color[c] = RowsOf(frame.color[c], frame.width, begin, end);
-        out.variance[c] = RowsOf(frame.variance[c], frame.width, begin, end);
+        out.color[c] = CropPlane(frame.color[c], frame.width, rect);
+        out.variance[c] = CropPlane(frame.variance[c], frame.width, rect);
         for (int h = 0; h < 2; ++h) {
-            out.half[h][c] = RowsOf(frame.half[h][c], frame.width, begin, end);
+            out.half[h][c] = CropPlane(frame.half[h][c], frame.width, rect);
         }
     }
-    out.count = RowsOf(frame.count, frame.width, begin, end);
+    out.count = CropPlane(frame.count, frame.width, rect);
     return out;
 }
 
-RdFeaturePlanes RowsOf(const RdFeaturePlanes& features, int width, int begin, int end) {
+RdFeaturePlanes Crop(const RdFeaturePlanes& features, int width, const TileRect& rect) {
     RdFeaturePlanes out;
     out.group_size = features.group_size;
     for (std::size_t c = 0; c < features.value.size(); ++c) {
-        out.value.push_back(RowsOf(features.value[c], width, begin, end));
-        out.variance.push_back(RowsOf(features.variance[c], width, begin, end));
-        out.spread.push_back(RowsOf(features.spread[c], width, begin, end));
+        out.value.push_back(CropPlane(features.value[c], width, rect));
+        out.variance.push_back(CropPlane(features.variance[c], width, rect));
+        out.spread.push_back(CropPlane(features.spread[c], width, rect));
     }
     return out;
 }
@@ -109,11 +101,12 @@ class Rd final : public Denoiser {
             const int to = std::min(from + rows, frame.height);
             const int begin = std::max(from - kRdReach, 0);
             const int end = std::min(to + kRdReach, frame.height);
+            const TileRect rect = {0, begin, frame.width, end};
             const bool whole = end - begin == frame.height;
             const RdFrame band =
                 whole ? FilterRdFrame(frame, features, kernels_, cancel)
-                      : FilterRdFrame(RowsOf(frame, begin, end),
-                                      RowsOf(features, frame.width, begin, end), kernels_, cancel);
+                      : FilterRdFrame(Crop(frame, rect), Crop(features, frame.width, rect),
+                                      kernels_, cancel);
             const std::size_t skipped = static_cast<std::size_t>(from - begin) * width;
             const std::size_t count = static_cast<std::size_t>(to - from) * width;
             const std::size_t first = static_cast<std::size_t>(from) * width;

@@ -48,9 +48,9 @@ Candidates MakeCandidates(const Frame& frame, const RdFeaturePlanes& features,
 }
 
 // Of each pixel how much of each candidate to take, 1 in all; `error`: their smoothed SURE.
-std::vector<Plane> Choose(const Frame& frame, const Candidates& candidates,
-                          const NlmKernels& kernels, const CancelToken& cancel,
-                          std::vector<Plane>* error) {
+std::vector<Plane> ChooseCandidates(const Frame& frame, const Candidates& candidates,
+                                    const NlmKernels& kernels, const CancelToken& cancel,
+                                    std::vector<Plane>* error) {
     std::vector<Plane> choice(kRdCandidates, Plane(frame.pixel_count())), share(kRdCandidates);
     error->resize(kRdCandidates);
     std::vector<const Plane*> sure, chosen;
@@ -124,7 +124,7 @@ RdFrame FilterRdFrame(const Frame& frame, const RdFeaturePlanes& features,
     {
         const Candidates candidates = MakeCandidates(frame, features, kernels, cancel);
         std::vector<Plane> error;
-        out.share = Choose(frame, candidates, kernels, cancel, &error);
+        out.share = ChooseCandidates(frame, candidates, kernels, cancel, &error);
         blended = Blend(frame, candidates, out.share, error);
     }
     const NlmGuide guide(frame.width, frame.height, blended.color, blended.variance);

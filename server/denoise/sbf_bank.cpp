@@ -15,22 +15,6 @@ constexpr float kFeatureSigma[3] = {0.8f, 0.25f, 0.6f};
 constexpr float kVarianceFloor = 1e-2f;
 constexpr int kBandRows = 2 * kPairHeight;
 
-// Weight of a pixel at each distance from a sample that lies anywhere in the middle one: exp(-2
-// d^2) - exp(-8), to 0 at 2 pixels (PBRT's Gaussian filter).
-std::vector<float> PixelFilterTaps() {
-    constexpr int kSteps = 64;
-    std::vector<float> taps;
-    for (int k = -2; k <= 2; ++k) {
-        double sum = 0;
-        for (int s = 0; s < kSteps; ++s) {
-            const double d = k + (s + 0.5) / kSteps - 0.5;
-            sum += std::max(0.0, std::exp(-2 * d * d) - std::exp(-8.0));
-        }
-        taps.push_back(static_cast<float>(sum / kSteps));
-    }
-    return taps;
-}
-
 template <typename Fn>
 void ForEachPlane(SbfCandidate* candidate, const Fn& fn) {
     for (Plane& plane : candidate->filtered) {

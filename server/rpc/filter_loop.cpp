@@ -10,11 +10,20 @@
 #include "server/denoise/halves.h"
 
 namespace relume::server {
+namespace {
+
+// For filters that can't filter a half alone: the cheapest that ranks regions alike (methods 5.5).
+constexpr const char* kForOneHalf = "bilateral:mode=robust";
+
+}  // namespace
 
 jobs::Guide MakeGuide(const std::string& filter) {
     std::shared_ptr<const denoise::Denoiser> denoiser = denoise::MakeDenoiser(filter);
-    if (denoiser->Describe() == "none" || denoiser->GetNeeds().halves) {
+    if (denoiser->Describe() == "none") {
         return {};
+    }
+    if (denoiser->GetNeeds().halves) {
+        denoiser = denoise::MakeDenoiser(kForOneHalf);
     }
     return [denoiser](const Film& film, double) {
         const denoise::Frame small = denoise::ShrinkFrame(denoise::FrameFromFilm(film));
@@ -40,7 +49,10 @@ jobs::Guide MakeMethodGuide(const std::string& filter) {
 double EstimateImageError(const Film& film, const std::string& filter) {
     const CancelToken never;
     const denoise::Frame frame = denoise::FrameFromFilm(film);
-    const auto denoiser = denoise::MakeDenoiser(filter);
+    std::shared_ptr<const denoise::Denoiser> denoiser = denoise::MakeDenoiser(filter);
+    if (const auto choice = denoiser->Choose(frame, never)) {
+        denoiser = choice->denoiser;
+    }
     if (denoiser->Describe() != "none") {
         if (const auto error = denoise::EstimateByHalves(*denoiser, frame, never)) {
             return error->relmse;
