@@ -13,7 +13,6 @@ namespace relume::denoise {
 namespace {
 
 constexpr int kRadius = 5;
-constexpr float kResidualBlur = 0.5f;    // pixels: weights .1353, 1, .1353
 constexpr float kLeastResidual = 1e-6f;  // below it is 0, for features of about 1
 
 struct Group {
@@ -120,7 +119,7 @@ void FilterGroup(const Frame& frame, Group group, const HalvesShare& halves,
             left[i] = deviation[at].empty() ? noise[at].variance[i] * share[i]
                                             : deviation[at][i] * deviation[at][i];
         }
-        left = BlurGaussian(left, frame.width, frame.height, kResidualBlur);
+        left = SmoothResidual(left, frame.width, frame.height);
         for (float& v : left) {
             v = v < kLeastResidual * unit ? 0.0f : v;
         }
@@ -129,6 +128,10 @@ void FilterGroup(const Frame& frame, Group group, const HalvesShare& halves,
 }
 
 }  // namespace
+
+Plane SmoothResidual(const Plane& variance, int width, int height) {
+    return BlurByTaps(variance, width, height, {0.1353f, 1, 0.1353f});
+}
 
 PrefilteredFeatures PrefilterFeatures(const Frame& frame, const CancelToken& cancel,
                                       const NlmKernels& kernels) {

@@ -21,4 +21,8 @@ struct PrefilteredFeatures {
 PrefilteredFeatures PrefilterFeatures(const Frame& frame, const CancelToken& cancel,
                                       const NlmKernels& kernels = BestNlmKernels());
 
+// Squared half differences over 3x3 pixels, weights .1353, 1, .1353: those of single pixels are too
+// noisy to weigh by.
+Plane SmoothResidual(const Plane& variance, int width, int height);
+
 }  // namespace relume::denoise

@@ -27,8 +27,8 @@
 
 #include "server/denoise/halves.h"
 #include "server/denoise/nlm_filter.h"
-#include "server/denoise/nlm_plan.h"
 #include "server/denoise/planes.h"
+#include "server/denoise/share_samples.h"
 
 namespace relume::denoise {
 namespace {
@@ -40,6 +40,8 @@ struct Pass {
 constexpr Pass kFinalPass = {10, 1}, kPlanningPass = {7, 0.5f};
 constexpr float kPlanBlur = 0.8f;  // pixels
 constexpr float kEpsilon = 1e-3f;
+constexpr double kMostOfMean =
+    8;  // samples of a pixel in a plan, of their mean: the paper has no figure
 
 NlmOptions OptionsOf(Pass pass) {
     return {.alpha = pass.alpha, .symmetric = true, .weight_patch = 3, .least_weight = 0.05f};
@@ -116,7 +118,9 @@ class Nlm final : public Denoiser {
                 error[i] += sum / (3 * std::max(half.count[i], 1.0f));
             }
         }
-        return SpreadSamples(BlurGaussian(error, frame.width, frame.height, kPlanBlur), samples);
+        const double most = kMostOfMean * samples / static_cast<double>(error.size());
+        return ShareSamples(BlurGaussian(error, frame.width, frame.height, kPlanBlur), samples, 0,
+                            most);
     }
 
   private:

@@ -31,166 +31,103 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
+#include <utility>
 
-#include "core/base/error.h"
-#include "server/denoise/feature_prefilter.h"
-#include "server/denoise/halves.h"
+#include "server/denoise/crop_frame.h"
 #include "server/denoise/nlm_filter.h"
-#include "server/denoise/nlm_plan.h"
-#include "server/denoise/planes.h"
-#include "server/denoise/rd_filter.h"
+#include "server/denoise/rd_frame.h"
+#include "server/denoise/share_samples.h"
 
 namespace relume::denoise {
 namespace {
 
-constexpr int kRadius = 10, kSecondRadius = 5;
-constexpr int kErrorRadius = 1, kChoiceRadius = 5;
-constexpr float kResidualBlur = 0.5f;  // pixels: a squared difference is too noisy to weigh by
+constexpr double kMostOfMean = 8;  // samples of a pixel in a plan, as nlm
 
-enum Candidate { kFine, kSmooth, kFeatures, kRdCandidates };
-constexpr RdFilter kCandidateFilters[kRdCandidates] = {
-    {NlmOptions{.patch = 1}, 1e-3f}, {NlmOptions{.patch = 3}, 1e-3f}, {std::nullopt, 1e-4f}};
-constexpr RdFilter kSecondFilter = {NlmOptions{.patch = 3, .own_variance = true}, 1e-4f};
-constexpr NlmOptions kSmoothing = {.k = 1};
-
-NlmGuide GuideOf(const Frame& frame) {
-    return {frame.width, frame.height, frame.color, frame.variance};
-}
-
-// Half the difference of the halves, times what makes its square estimate the variance of the
-// frame's mean also where they differ in samples.
-void HalfDifference(const Frame& frame, Plane (&out)[3]) {
+// Those planes of a part of a frame that FilterRdFrame reads.
+Frame Crop(const Frame& frame, const TileRect& rect) {
+    Frame out;
+    out.width = rect.width();
+    out.height = rect.height();
     for (int c = 0; c < 3; ++c) {
-        out[c].resize(frame.pixel_count());
-        for (std::size_t i = 0; i < out[c].size(); ++i) {
-            const float n = frame.count.empty() ? 2 : std::max(frame.count[i], 1.0f);
-            const float share = HalfCount(n, 0) * HalfCount(n, 1) / (n * n);
-            out[c][i] = (frame.half[0][c][i] - frame.half[1][c][i]) * std::sqrt(share);
+        out.color[c] = CropPlane(frame.color[c], frame.width, rect);
+        out.variance[c] = CropPlane(frame.variance[c], frame.width, rect);
+        for (int h = 0; h < 2; ++h) {
+            out.half[h][c] = CropPlane(frame.half[h][c], frame.width, rect);
         }
     }
+    out.count = CropPlane(frame.count, frame.width, rect);
+    return out;
 }
 
-using Candidates = std::vector<RdFiltered>;
-
-Candidates MakeCandidates(const Frame& frame, const RdFeaturePlanes& features,
-                          const NlmKernels& kernels, const CancelToken& cancel) {
-    const NlmGuide guide = GuideOf(frame);
-    RdScene scene{guide,
-                  features,
-                  kRadius,
-                  true,
-                  !frame.has_halves(),
-                  {&frame.color[0], &frame.color[1], &frame.color[2]}};
-    Plane difference[3];
-    if (frame.has_halves()) {
-        HalfDifference(frame, difference);
-        scene.in.insert(scene.in.end(), {&difference[0], &difference[1], &difference[2]});
-    }
-    return ApplyRdFilters(scene, kCandidateFilters, cancel, kernels);
-}
-
-// Of each pixel how much of each candidate to take, 1 in all; `error`: their smoothed SURE.
-std::vector<Plane> ChooseCandidates(const Frame& frame, const Candidates& candidates,
-                                    const NlmKernels& kernels, const CancelToken& cancel,
-                                    std::vector<Plane>* error) {
-    std::vector<Plane> choice(kRdCandidates, Plane(frame.pixel_count())), share(kRdCandidates);
-    error->resize(kRdCandidates);
-    std::vector<const Plane*> sure, chosen;
-    std::vector<Plane*> smoothed, shares;
-    for (std::size_t k = 0; k < kRdCandidates; ++k) {
-        sure.push_back(&candidates[k].sure);
-        smoothed.push_back(&(*error)[k]);
-        chosen.push_back(&choice[k]);
-        shares.push_back(&share[k]);
-    }
-    FilterNlm(GuideOf(frame), kSmoothing, kErrorRadius, sure, smoothed, cancel, kernels);
-    for (std::size_t i = 0; i < frame.pixel_count(); ++i) {
-        std::size_t best = (*error)[kFeatures][i] < (*error)[kSmooth][i] ? kFeatures : kSmooth;
-        if ((*error)[kFine][i] < (*error)[best][i] &&
-            candidates[kFine].derivative[i] <= candidates[kSmooth].derivative[i]) {
-            best = kFine;
-        }
-        choice[best][i] = 1;
-    }
-    FilterNlm(GuideOf(frame), kSmoothing, kChoiceRadius, chosen, shares, cancel, kernels);
-    for (std::size_t i = 0; i < frame.pixel_count(); ++i) {
-        float sum = 0;
-        for (const Plane& plane : share) {
-            sum += plane[i];
-        }
-        for (Plane& plane : share) {
-            plane[i] /= sum;
-        }
-    }
-    return share;
-}
-
-struct Blended {
-    Plane color[3], variance[3], error;
-};
-
-Blended Blend(const Frame& frame, const Candidates& candidates, const std::vector<Plane>& share,
-              const std::vector<Plane>& error) {
-    Blended out;
-    out.error.resize(frame.pixel_count());
-    for (std::size_t k = 0; k < candidates.size(); ++k) {
-        for (std::size_t i = 0; i < frame.pixel_count(); ++i) {
-            out.error[i] += share[k][i] * error[k][i];
-        }
-    }
-    for (std::size_t c = 0; c < 3; ++c) {
-        out.color[c].resize(frame.pixel_count());
-        out.variance[c].resize(frame.pixel_count());
-        for (std::size_t i = 0; i < frame.pixel_count(); ++i) {
-            float color = 0, left = 0;
-            for (std::size_t k = 0; k < candidates.size(); ++k) {
-                const RdFiltered& from = candidates[k];
-                color += share[k][i] * from.out[c][i];
-                left += share[k][i] *
-                        (frame.has_halves() ? from.out[3 + c][i] : from.variance_share[i]);
-            }
-            out.color[c][i] = color;
-            out.variance[c][i] = frame.has_halves() ? left * left : left * frame.variance[c][i];
-        }
-        out.variance[c] = BlurGaussian(out.variance[c], frame.width, frame.height, kResidualBlur);
+RdFeaturePlanes Crop(const RdFeaturePlanes& features, int width, const TileRect& rect) {
+    RdFeaturePlanes out;
+    out.group_size = features.group_size;
+    for (std::size_t c = 0; c < features.value.size(); ++c) {
+        out.value.push_back(CropPlane(features.value[c], width, rect));
+        out.variance.push_back(CropPlane(features.variance[c], width, rect));
+        out.spread.push_back(CropPlane(features.spread[c], width, rect));
     }
     return out;
 }
 
+double SumOf(const Plane& plane, std::size_t first, std::size_t count) {
+    double sum = 0;
+    for (std::size_t i = first; i < first + count; ++i) {
+        sum += plane[i];
+    }
+    return sum;
+}
+
 class Rd final : public Denoiser {
   public:
-    explicit Rd(const NlmKernels& kernels) : kernels_(kernels) {}
+    Rd(const NlmKernels& kernels, std::size_t band_pixels)
+        : kernels_(kernels), band_pixels_(band_pixels) {}
 
     std::string Describe() const override { return "rd"; }
 
     Result Reconstruct(const Frame& frame, const CancelToken& cancel) const override {
         const RdFeaturePlanes features =
             MakeRdFeatures(frame, PrefilterFeatures(frame, cancel, kernels_));
-        std::vector<Plane> share;
-        Blended blended;
-        {
-            const Candidates candidates = MakeCandidates(frame, features, kernels_, cancel);
-            std::vector<Plane> error;
-            share = ChooseCandidates(frame, candidates, kernels_, cancel, &error);
-            blended = Blend(frame, candidates, share, error);
-        }
-        const NlmGuide guide(frame.width, frame.height, blended.color, blended.variance);
-        const RdScene scene{
-            guide, features, kSecondRadius,
-            false, false,    {&blended.color[0], &blended.color[1], &blended.color[2]}};
-        RdFiltered last =
-            std::move(ApplyRdFilters(scene, {&kSecondFilter, 1}, cancel, kernels_)[0]);
-
+        const auto width = static_cast<std::size_t>(frame.width);
         Result result;
-        for (std::size_t c = 0; c < 3; ++c) {
-            result.color[c] = std::move(last.out[c]);
+        result.error.emplace(frame.pixel_count());
+        for (Plane& plane : result.color) {
+            plane.resize(frame.pixel_count());
         }
-        result.error = std::move(blended.error);
+        double share[kRdCandidates] = {};
+        const int rows =
+            std::max(1, static_cast<int>(band_pixels_ / std::max<std::size_t>(width, 1)));
+        for (int from = 0; from < frame.height; from += rows) {
+            const int to = std::min(from + rows, frame.height);
+            const int begin = std::max(from - kRdReach, 0);
+            const int end = std::min(to + kRdReach, frame.height);
+            const TileRect rect = {0, begin, frame.width, end};
+            const bool whole = end - begin == frame.height;
+            const RdFrame band =
+                whole ? FilterRdFrame(frame, features, kernels_, cancel)
+                      : FilterRdFrame(Crop(frame, rect), Crop(features, frame.width, rect),
+                                      kernels_, cancel);
+            const std::size_t skipped = static_cast<std::size_t>(from - begin) * width;
+            const std::size_t count = static_cast<std::size_t>(to - from) * width;
+            const std::size_t first = static_cast<std::size_t>(from) * width;
+            const auto copy = [&](const Plane& plane, Plane* all) {
+                std::copy_n(plane.begin() + static_cast<std::ptrdiff_t>(skipped), count,
+                            all->begin() + static_cast<std::ptrdiff_t>(first));
+            };
+            for (std::size_t c = 0; c < 3; ++c) {
+                copy(band.color[c], &result.color[c]);
+            }
+            copy(band.error, &*result.error);
+            for (std::size_t k = 0; k < kRdCandidates; ++k) {
+                share[k] += SumOf(band.share[k], skipped, count);
+            }
+        }
+        const double percent =
+            100 / static_cast<double>(std::max<std::size_t>(frame.pixel_count(), 1));
         result.notes["features"] = features.names.empty() ? "none" : features.names;
         result.notes["candidates"] =
-            fmt::format("fine {:.1f} %, smooth {:.1f} %, features {:.1f} %", Percent(share[kFine]),
-                        Percent(share[kSmooth]), Percent(share[kFeatures]));
+            fmt::format("fine {:.1f} %, smooth {:.1f} %, features {:.1f} %", percent * share[kFine],
+                        percent * share[kSmooth], percent * share[kFeatures]);
         return result;
     }
 
@@ -198,41 +135,35 @@ class Rd final : public Denoiser {
                       const CancelToken& cancel) const override {
         const RdFeaturePlanes features =
             MakeRdFeatures(frame, PrefilterFeatures(frame, cancel, kernels_));
-        const NlmGuide guide = GuideOf(frame);
+        const NlmGuide guide = ColorGuide(frame);
         Plane count = frame.count;
         count.resize(frame.pixel_count(), 1.0f);
-        const RdScene scene{guide,   features,
-                            kRadius, true,
-                            false,   {&frame.color[0], &frame.color[1], &frame.color[2], &count}};
+        const RdScene scene{guide,     features,
+                            kRdRadius, true,
+                            false,     {&frame.color[0], &frame.color[1], &frame.color[2], &count}};
         const RdFiltered fine =
-            std::move(ApplyRdFilters(scene, {&kCandidateFilters[kFine], 1}, cancel, kernels_)[0]);
+            std::move(ApplyRdFilters(scene, {&kRdCandidateFilters[kFine], 1}, cancel, kernels_)[0]);
         Plane error(frame.pixel_count()), smooth;
         for (std::size_t i = 0; i < error.size(); ++i) {
             const float mean = (fine.out[0][i] + fine.out[1][i] + fine.out[2][i]) * (1.0f / 3.0f);
             error[i] = std::max(fine.sure[i], 0.0f) /
                        ((1e-2f + mean * mean) * std::max(fine.out[3][i], 1.0f));
         }
-        FilterNlm(guide, kSmoothing, kRadius, std::vector<const Plane*>{&error},
+        FilterNlm(guide, kRdSmoothing, kRdRadius, std::vector<const Plane*>{&error},
                   std::vector{&smooth}, cancel, kernels_);
-        return SpreadSamples(smooth, samples);
+        return ShareSamples(smooth, samples, 0,
+                            kMostOfMean * samples / static_cast<double>(error.size()));
     }
 
   private:
-    static double Percent(const Plane& share) {
-        double sum = 0;
-        for (const float s : share) {
-            sum += s;
-        }
-        return share.empty() ? 0 : 100 * sum / static_cast<double>(share.size());
-    }
-
     const NlmKernels& kernels_;
+    std::size_t band_pixels_;
 };
 
 }  // namespace
 
-std::unique_ptr<Denoiser> MakeRd(const NlmKernels& kernels) {
-    return std::make_unique<Rd>(kernels);
+std::unique_ptr<Denoiser> MakeRd(const NlmKernels& kernels, std::size_t band_pixels) {
+    return std::make_unique<Rd>(kernels, band_pixels);
 }
 
 std::unique_ptr<Denoiser> MakeRd(const ParamSet&) { return MakeRd(BestNlmKernels()); }

@@ -60,7 +60,7 @@ constexpr struct {
      "non-local means of each half by weights from the other; Rousselle, Knaus, Zwicker 2012\n"},
     {"rd", MakeRd,
      "robust denoising: the least of the weights by colour and by each prefiltered feature, three\n"
-     "                     candidates chosen by SURE, and once more; Rousselle, Manzi, Zwicker "
+     "             candidates chosen by SURE, and once more; Rousselle, Manzi, Zwicker "
      "2013\n"},
 };
 

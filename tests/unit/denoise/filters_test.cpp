@@ -115,10 +115,10 @@ int HaloOf(std::string_view filter) {
         // Window 10, two patches of 3.
         {"nlm", 10 + 10 + 3 + 3},
         // Features filtered over 5 by patches of 3 after their variance was regularised too,
-        // blurred over 2, gradient 1, window 10; then the error is smoothed over 1 and the choice
-        // over 5, both by patches of 3, the residual variance blurred over 2, and a second window
+        // blurred over 1, gradient 1, window 10; then the error is smoothed over 1 and the choice
+        // over 5, both by patches of 3, the residual variance blurred over 1, and a second window
         // is 5 by patches of 3.
-        {"rd", 10 + 5 + 3 + 2 + 1 + 10 + 1 + 5 + 2 + 5 + 3},
+        {"rd", 10 + 5 + 3 + 1 + 1 + 10 + 1 + 5 + 1 + 5 + 3},
         // Window 16, smoothed over 16; the gradient is that of an image filtered over 2, whose
         // variance it sees, too.
         {"sbf", 16 + 16},

@@ -1,7 +1,6 @@
 // Non-local means on two halves: what is its own beside what every filter owes (filters_test.cpp).
 #include "server/denoise/nlm.h"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,7 +10,6 @@
 #include "core/base/parallel.h"
 #include "core/image/exr.h"
 #include "core/image/metrics.h"
-#include "server/denoise/nlm_plan.h"
 #include "server/denoise/output_image.h"
 #include "tests/unit/denoise/reference_nlm.h"
 #include "tests/unit/denoise/synthetic.h"
@@ -149,21 +147,6 @@ TEST(Nlm, PlansSamplesWhereTheFilteredHalvesDiffer) {
                          : right) += i % 120 < 70 && i % 120 >= 50 ? 0 : counts[i];
     }
     EXPECT_GT(right, 4 * left);
-}
-
-TEST(SpreadSamples, KeepsTheSumAndTheCap) {
-    using testing::ElementsAre;
-    using testing::FloatEq;
-    EXPECT_TRUE(SpreadSamples({}, 10).empty());
-    EXPECT_THAT(SpreadSamples({1, 3, 0, 4}, 16), ElementsAre(2, 6, 0, 8));
-    // Most is 1.5 x 4: the excess of the last goes to the others by their errors.
-    EXPECT_THAT(SpreadSamples({1, 1, 2, 100}, 16, 1.5), ElementsAre(2.5, 2.5, 5, 6));
-    // Once more, as the third goes over by what the last gave.
-    EXPECT_THAT(SpreadSamples({1, 1, 8, 100}, 16, 1.5), ElementsAre(2, 2, 6, 6));
-    // Nobody else has an error.
-    EXPECT_THAT(SpreadSamples({0, -3, NAN, 5}, 16, 2),
-                ElementsAre(FloatEq(8 / 3.0f), FloatEq(8 / 3.0f), FloatEq(8 / 3.0f), 8));
-    EXPECT_THAT(SpreadSamples({0, 0}, 3), ElementsAre(1.5, 1.5));
 }
 
 TEST(Nlm, ComesNearItsAuthors) {

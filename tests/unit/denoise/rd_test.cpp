@@ -282,6 +282,19 @@ TEST(Rd, SameBitsForAnyInstructionSetAndThreadCount) {
     SetThreadCount(0);
 }
 
+TEST(Rd, BandsDoNotShow) {
+    const Frame frame = FrameFromFilm(MakeFilm({90, 130}, 4, 10));
+    const Result whole = MakeRd(BestNlmKernels())->Reconstruct(frame, {});
+    for (const std::size_t pixels : {90u * 40, 90u * 7}) {
+        const Result bands = MakeRd(BestNlmKernels(), pixels)->Reconstruct(frame, {});
+        for (int c = 0; c < 3; ++c) {
+            EXPECT_EQ(bands.color[c], whole.color[c]);
+        }
+        EXPECT_EQ(*bands.error, *whole.error);
+        EXPECT_EQ(bands.notes, whole.notes);
+    }
+}
+
 TEST(Rd, LowersNoiseAndKeepsEdges) {
     const Truth truth{120, 80};
     for (const int spp : {4, 8, 32}) {
