@@ -87,10 +87,14 @@ enum RobustSumPlane {
 inline constexpr float kRangeScale = 3;  // 2 kappa^2, kappa = 1.22
 inline constexpr float kRangeFloor = 1e-10f;
 
-// As GuideKernel: out[(kRobustSums k + s) * kTileArea + y * kTileWidth + x] is candidate k's sum s.
-// kRobustGuide + 0..2 hold the guide, kRobustNoise + 0..2 its variance, kRobustShare a pixel's own
-// share in it.
-using RobustKernel = GuideKernel;
+// RobustSum(y, k, s) + x of `out` is candidate k's sum s. Tiles and `scratch` as for the bank, the
+// latter 2 kPairScratch + kRobustScratch floats. kRobustGuide + 0..2 hold the guide, kRobustNoise +
+// 0..2 its variance, kRobustShare a pixel's own share in it.
+inline constexpr int RobustSum(int y, int k, int s) {
+    return ((y * kCandidates + k) * kRobustSums + s) * kPairWidth;
+}
+inline constexpr int kRobustScratch = 4 * 5 * kPairWidth;
+using RobustKernel = BankKernel;
 
 inline constexpr int kPrintedRadius = 8;
 

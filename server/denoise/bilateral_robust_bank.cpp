@@ -61,62 +61,57 @@ void RobustBank::Extend(int until, const CancelToken& cancel) {
     for (RobustCandidate& candidate : candidates_) {
         ForEachPlane(&candidate, [&](Plane& p) { p.resize(pixels); });
     }
-    ForEachTile(
-        frame_, rows, kRobustPlanes, {.halo = kBankRadius}, cancel,
-        [&](const TileArea& tile, TilePlanes& scratch) {
-            LoadBankPlanes(frame_, guides_, tile, &scratch);
-            const auto load = [&](int index, const Plane& plane) {
-                scratch.Load(index, plane, frame_.width, frame_.height, tile.x0, tile.y0, 0);
-            };
-            for (int c = 0; c < 3; ++c) {
-                load(kRobustGuide + c, guide_.color[static_cast<std::size_t>(c)]);
-                load(kRobustNoise + c, guide_.variance[static_cast<std::size_t>(c)]);
-            }
-            load(kRobustShare, guide_.share);
-            std::vector<float> sums(
-                static_cast<std::size_t>(kRobustSums * kCandidates * kTileArea));
-            kernels_.robust(scratch.planes(), scratch.stride(), tables_, tile.height, sums.data());
-            FinishTile(tile, sums.data());
-        });
+    ForEachTile(frame_, rows, kRobustPlanes, kPairTile, cancel,
+                [&](const TileArea& tile, TilePlanes& planes) {
+                    LoadBankPlanes(frame_, guides_, tile, &planes);
+                    const auto load = [&](int index, const Plane& plane) {
+                        planes.Load(index, plane, frame_.width, frame_.height, tile.x0, tile.y0, 0);
+                    };
+                    for (int c = 0; c < 3; ++c) {
+                        load(kRobustGuide + c, guide_.color[static_cast<std::size_t>(c)]);
+                        load(kRobustNoise + c, guide_.variance[static_cast<std::size_t>(c)]);
+                    }
+                    load(kRobustShare, guide_.share);
+                    AlignedFloats scratch(2 * kPairScratch + kRobustScratch);
+                    AlignedFloats sums(static_cast<std::size_t>(RobustSum(kPairHeight, 0, 0)));
+                    kernels_.robust(planes.planes(), planes.stride(), tables_, tile.height,
+                                    scratch.data(), sums.data());
+                    FinishTile(tile, sums.data());
+                });
 }
 
 // With W the sum of weights, 1 for the pixel itself: F = y + sum(w u)/W, and by the quotient rule
 // dF/dy = (1 + sum over j of dw_j/dy (y_j - F))/W, where y_j - F = u + (y - F) and
 // dw_j/dy = 2/3 w_j r g times the share of y in guide_i less that in guide_j.
 void RobustBank::FinishTile(const TileArea& tile, const float* sums) {
-    const float* widest = sums + kRobustSums * (kCandidates - 1) * kTileArea;
     for (int y = 0; y < tile.height; ++y) {
+        const auto row = static_cast<std::size_t>(tile.y0 + y) * frame_.width + tile.x0;
+        const float* widest = sums + RobustSum(y, kCandidates - 1, 0);
         for (int x = 0; x < tile.width; ++x) {
-            const auto i = static_cast<std::size_t>(tile.y0 + y) * frame_.width + tile.x0 + x;
-            const float* at = widest + y * kTileWidth + x;
+            const std::size_t i = row + static_cast<std::size_t>(x);
             for (std::size_t c = 0; c < 3; ++c) {
-                const float value =
-                    frame_.color[c][i] + at[(kRobustDelta + c) * kTileArea] / (1 + at[0]);
+                const float value = frame_.color[c][i] +
+                                    widest[(kRobustDelta + c) * kPairWidth + x] / (1 + widest[x]);
                 importance_[c][i] = 1 / (3 * (value * value + kImportanceFloor));
             }
         }
-    }
-    for (int k = 0; k < kRobustCandidates; ++k) {
-        RobustCandidate& to = candidates_[static_cast<std::size_t>(k)];
-        const bool ranged = k >= kCandidates;
-        const float* from = sums + kRobustSums * (k % kCandidates) * kTileArea;
-        const float* weight = from + (ranged ? kRangeWeight : kRobustWeight) * kTileArea;
-        const float* slope = from + kRangeSlope * kTileArea;
-        const float* curve = from + kRangeCurve * kTileArea;
-        for (int y = 0; y < tile.height; ++y) {
+        for (int k = 0; k < kRobustCandidates; ++k) {
+            RobustCandidate& to = candidates_[static_cast<std::size_t>(k)];
+            const bool ranged = k >= kCandidates;
+            const float* from = sums + RobustSum(y, k % kCandidates, 0);
+            const float* weight = from + (ranged ? kRangeWeight : kRobustWeight) * kPairWidth;
             for (int x = 0; x < tile.width; ++x) {
-                const auto i = static_cast<std::size_t>(tile.y0 + y) * frame_.width + tile.x0 + x;
+                const std::size_t i = row + static_cast<std::size_t>(x);
                 const auto o = i - static_cast<std::size_t>(begin_) * frame_.width;
-                const int at = y * kTileWidth + x;
-                const float inverse = 1 / (1 + weight[at]);
+                const float inverse = 1 / (1 + weight[x]);
                 float error = 0;
                 for (std::size_t c = 0; c < 3; ++c) {
-                    const std::size_t channel = c * kTileArea + static_cast<std::size_t>(at);
-                    const float change = weight[kTileArea + channel] * inverse;
-                    const float own =
-                        ranged ? inverse * (1 + (2.0f / 3.0f) * guide_.share[i] *
-                                                    (curve[channel] - change * slope[channel]))
-                               : inverse;
+                    const float change = weight[(1 + c) * kPairWidth + x] * inverse;
+                    const float slope = from[(kRangeSlope + c) * kPairWidth + x];
+                    const float curve = from[(kRangeCurve + c) * kPairWidth + x];
+                    const float own = ranged ? inverse * (1 + (2.0f / 3.0f) * guide_.share[i] *
+                                                                  (curve - change * slope))
+                                             : inverse;
                     to.filtered[c][o] = frame_.color[c][i] + change;
                     to.own[c][o] = own;
                     error += importance_[c][i] *
