@@ -136,8 +136,8 @@ CandidateBank ComputeBank(const Frame& frame, const BilateralKernels& kernels,
                 [&](const TileArea& tile, TilePlanes& planes) {
                     LoadBankPlanes(frame, guides, tile, &planes);
                     AlignedFloats scratch(kPairScratch), sums(BankSum(kPairHeight, 0, 0));
-                    kernels.bank(planes.planes(), planes.stride(), tables, tile.height,
-                                 scratch.data(), sums.data());
+                    kernels.bank(planes.planes()[0], tables, tile.height, scratch.data(),
+                                 sums.data());
                     FinishTile(frame, tile, sums.data(), &bank);
                 });
     return bank;

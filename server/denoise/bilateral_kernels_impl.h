@@ -16,7 +16,8 @@ struct BankCenter {
     Floats feature[7], spread[3];
 };
 
-inline BankCenter LoadBankCenter(const float* const* planes, std::ptrdiff_t at) {
+template <class Planes>
+inline BankCenter LoadBankCenter(const Planes& planes, std::ptrdiff_t at) {
     BankCenter center;
     for (int f = 0; f < 7; ++f) {
         center.feature[f] = Load(planes[kBankNormal + f] + at);
@@ -27,8 +28,9 @@ inline BankCenter LoadBankCenter(const float* const* planes, std::ptrdiff_t at) 
     return center;
 }
 
-inline Floats FeatureDistance(const float* const* planes, std::ptrdiff_t at,
-                              const BankCenter& center, const Floats (&floor)[3]) {
+template <class Planes>
+inline Floats FeatureDistance(const Planes& planes, std::ptrdiff_t at, const BankCenter& center,
+                              const Floats (&floor)[3]) {
     Floats squared[7];
     for (int f = 0; f < 7; ++f) {
         const Floats d = Load(planes[kBankNormal + f] + at) - center.feature[f];
@@ -55,19 +57,20 @@ struct BankPair {
         e[kKinds - 1] = e[0];
     }
 
-    const float* const* planes;
+    PairPlanes planes;
     Floats floor[3];
 };
 
-void Bank(const float* const* planes, std::ptrdiff_t stride, const BankTables& tables, int height,
-          float* scratch, float* out) {
+void Bank(const float* first_plane, const BankTables& tables, int height, float* scratch,
+          float* out) {
+    const PairPlanes planes = {first_plane};
     for (int y = 0; y < height; ++y) {
         for (int x = 0; x < kPairWidth; x += RELUME_LANES) {
             for (int k = 0; k < kCandidates; ++k) {
                 Store(out + BankSum(y, k, 0) + x, Fill(1.0f));
                 for (int c = 0; c < 3; ++c) {
                     Store(out + BankSum(y, k, 1 + c) + x,
-                          Load(planes[kBankColor + c] + y * stride + x));
+                          Load(planes[kBankColor + c] + y * kPairStride + x));
                 }
             }
         }
@@ -80,7 +83,7 @@ void Bank(const float* const* planes, std::ptrdiff_t stride, const BankTables& t
             [&](const auto& ring, int x, Floats(&sum)[kBankSums]) {
                 for (std::size_t n = 0; n < sizeof(ring.weight) / sizeof(ring.weight[0]); ++n) {
                     const Floats w = Load(ring.weight[n] + x);
-                    const std::ptrdiff_t at = y * stride + x + ring.offset[n];
+                    const std::ptrdiff_t at = y * kPairStride + x + ring.offset[n];
                     sum[0] += w;
                     for (int c = 0; c < 3; ++c) {
                         sum[1 + c] += w * Load(planes[kBankColor + c] + at);
@@ -89,8 +92,8 @@ void Bank(const float* const* planes, std::ptrdiff_t stride, const BankTables& t
             },
             [&](int k, int s) { return out + BankSum(y, k, s); });
     };
-    ForEachRow(pair, stride, tables.radius[kCandidates - 1], tables.spatial[kCandidates - 1],
-               height, scratch, add);
+    ForEachRow(pair, tables.radius[kCandidates - 1], tables.spatial[kCandidates - 1], height,
+               scratch, add);
 }
 
 void Guide(const float* const* planes, std::ptrdiff_t stride, const BankTables& tables, int height,
@@ -135,7 +138,7 @@ struct RangeRow {
 
 // The range term's distance: mean over the channels of (g^2 - v_i - min(v_i, v_j)) r (methods 3.7,
 // 1.4). `exponent`: of the features' weights.
-inline void RangeDistances(const float* const* planes, std::ptrdiff_t row, std::ptrdiff_t offset,
+inline void RangeDistances(const PairPlanes& planes, std::ptrdiff_t row, std::ptrdiff_t offset,
                            const float* exponent, const RangeRow& to) {
     for (int x = 0; x < kPairWidth; x += RELUME_LANES) {
         const std::ptrdiff_t at = row + x;
@@ -165,7 +168,7 @@ inline void RangeDistances(const float* const* planes, std::ptrdiff_t row, std::
 }
 
 // `near` is the guide's spatial weight, 0 outside of its window.
-inline void AddRobustNeighbour(const float* const* planes, std::ptrdiff_t at, std::ptrdiff_t offset,
+inline void AddRobustNeighbour(const PairPlanes& planes, std::ptrdiff_t at, std::ptrdiff_t offset,
                                Floats w, const RangeRow& range, int x, float near,
                                Floats (&sum)[kRobustSums]) {
     const Floats ranged = Load(range.weight + x);
@@ -187,8 +190,9 @@ inline void AddRobustNeighbour(const float* const* planes, std::ptrdiff_t at, st
     }
 }
 
-void Robust(const float* const* planes, std::ptrdiff_t stride, const BankTables& tables, int height,
-            float* scratch, float* out) {
+void Robust(const float* first_plane, const BankTables& tables, int height, float* scratch,
+            float* out) {
+    const PairPlanes planes = {first_plane};
     __builtin_memset(out, 0, sizeof(float) * static_cast<std::size_t>(RobustSum(height, 0, 0)));
     const BankPair<2> pair = {
         planes, {Fill(tables.floor[0]), Fill(tables.floor[1]), Fill(tables.floor[2])}};
@@ -204,8 +208,8 @@ void Robust(const float* const* planes, std::ptrdiff_t stride, const BankTables&
         const int first = FirstWindow(tables, dy, dx);
         const float near = first == 0 ? tables.spatial[0][dy][dx] : 0;
         for (int n = 0; n < kCount; ++n) {
-            RangeDistances(planes, y * stride, ring.offset[n], ring.weight[n] + PairRow<2>::kStride,
-                           ranges[n]);
+            RangeDistances(planes, y * kPairStride, ring.offset[n],
+                           ring.weight[n] + PairRow<2>::kStride, ranges[n]);
             for (int x = 0; x < kPairWidth; x += RELUME_LANES) {
                 float* at = ranges[n].weight + x;
                 Store(at, ExpOfMinus(Load(at), kLargestExponent));
@@ -214,8 +218,8 @@ void Robust(const float* const* planes, std::ptrdiff_t stride, const BankTables&
         for (int x = 0; x < kPairWidth; x += RELUME_LANES) {
             Floats sum[kRobustSums]{};
             for (int n = 0; n < kCount; ++n) {
-                AddRobustNeighbour(planes, y * stride + x, ring.offset[n], Load(ring.weight[n] + x),
-                                   ranges[n], x, near, sum);
+                AddRobustNeighbour(planes, y * kPairStride + x, ring.offset[n],
+                                   Load(ring.weight[n] + x), ranges[n], x, near, sum);
             }
             for (int k = first; k < kCandidates; ++k) {
                 const float spatial = tables.spatial[k][dy][dx];
@@ -228,7 +232,7 @@ void Robust(const float* const* planes, std::ptrdiff_t stride, const BankTables&
     };
     const int radius = tables.radius[kCandidates - 1];
     const auto& spatial = tables.spatial[kCandidates - 1];
-    ForEachRow(pair, stride, radius, spatial, height, scratch,
+    ForEachRow(pair, radius, spatial, height, scratch,
                [&](const RowRings<2>& rings, int y, int dy) {
                    for (int dx = dy == 0 ? 1 : 0; dx <= radius; ++dx) {
                        if (spatial[dy][dx] != 0) {

@@ -74,8 +74,8 @@ void RobustBank::Extend(int until, const CancelToken& cancel) {
                     load(kRobustShare, guide_.share);
                     AlignedFloats scratch(2 * kPairScratch + kRobustScratch);
                     AlignedFloats sums(static_cast<std::size_t>(RobustSum(kPairHeight, 0, 0)));
-                    kernels_.robust(planes.planes(), planes.stride(), tables_, tile.height,
-                                    scratch.data(), sums.data());
+                    kernels_.robust(planes.planes()[0], tables_, tile.height, scratch.data(),
+                                    sums.data());
                     FinishTile(tile, sums.data());
                 });
 }

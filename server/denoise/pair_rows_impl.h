@@ -11,6 +11,12 @@ namespace {
 
 static_assert(kPairWidth % 16 == 0 && kBankRadius % 16 == 0);
 
+// Planes of a pair tile: [p] is plane p's first pixel of the tile.
+struct PairPlanes {
+    const float* operator[](int p) const { return first + p * kPairPlane; }
+    const float* first;
+};
+
 constexpr float kLargestExponent = 40;  // weights below exp(-40) are 0
 
 // The weights of a row of pixels with those `dy` rows below: of kind k of pair (x, x + dx) in
@@ -19,7 +25,7 @@ constexpr float kLargestExponent = 40;  // weights below exp(-40) are 0
 template <int kKinds>
 class PairRow {
   public:
-    static constexpr int kStride = kPairWidth + 2 * kBankRadius;
+    static constexpr int kStride = kPairStride;
     static constexpr int kSize = 2 * kKinds * kStride * (kBankRadius + 1);
 
     explicit PairRow(float* at) : at_(at) {}
@@ -110,19 +116,19 @@ struct RowRings {
 // rings at 0 <= dx <= radius (from 1 for dy = 0) with spatial[dy][dx] above 0 have their weights.
 // `scratch` holds PairRow::kSize * (kBankRadius + 1) floats.
 template <class Pair, class Add>
-inline void ForEachRow(const Pair& pair, std::ptrdiff_t stride, int radius,
+inline void ForEachRow(const Pair& pair, int radius,
                        const float (&spatial)[kBankRadius + 1][kBankRadius + 1], int height,
                        float* scratch, const Add& add) {
     using Row = PairRow<Pair::kKinds>;
     for (int dy = 0; dy <= radius; ++dy) {
-        const std::ptrdiff_t below = dy * stride;
+        const std::ptrdiff_t below = dy * kPairStride;
         for (int y = -dy; y < height; ++y) {
             // The rows from y - dy to y are kept, in turn.
             const Row here(scratch + (y + dy) % (dy + 1) * Row::kSize);
             const Row there(scratch + (y + dy + 1) % (dy + 1) * Row::kSize);
             for (int dx = dy == 0 ? 1 : 0; dx <= radius; ++dx) {
                 if (spatial[dy][dx] != 0) {
-                    WeighRow(pair, y * stride, below, dx, here);
+                    WeighRow(pair, y * kPairStride, below, dx, here);
                 }
             }
             if (y >= 0) {
