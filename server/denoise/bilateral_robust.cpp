@@ -14,7 +14,7 @@ namespace {
 constexpr float kSureBlur = 4;  // pixels (methods 1.5)
 constexpr float kMixBlur = 8;   // pixels: a share that is noisy lets noise through
 // How far the blur of SURE reaches. The candidates are made kBandRows at a time.
-constexpr int kBlurReach = 12, kBandRows = 4 * kTileHeight;
+constexpr int kBlurReach = 12, kBandRows = 2 * kPairHeight;
 
 void ThrowIfCancelled(const CancelToken& cancel) {
     if (cancel.cancelled()) {

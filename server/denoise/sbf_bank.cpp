@@ -139,8 +139,8 @@ void SbfBank::Extend(int until, const CancelToken& cancel) {
                     }
                     AlignedFloats scratch(kinds * kPairScratch);
                     AlignedFloats sums(static_cast<std::size_t>(SbfSum(size(), kPairHeight, 0, 0)));
-                    kernels_.bank(planes.planes(), planes.stride(), tables_, size(), tile.height,
-                                  scratch.data(), sums.data());
+                    kernels_.bank(planes.planes()[0], tables_, size(), tile.height, scratch.data(),
+                                  sums.data());
                     FinishTile(tile, sums.data());
                 });
 }
@@ -187,8 +187,8 @@ std::vector<Plane> SbfBank::Smooth(const std::vector<const Plane*>& planes, int 
             }
             AlignedFloats weights(kPairScratch);
             AlignedFloats sums(static_cast<std::size_t>(count * kPairWidth * kPairHeight));
-            kernels_.smooth(scratch.planes(), scratch.stride(), tables_, k, groups, tile.height,
-                            weights.data(), sums.data());
+            kernels_.smooth(scratch.planes()[0], tables_, k, groups, tile.height, weights.data(),
+                            sums.data());
             for (std::size_t p = 0; p < planes.size(); ++p) {
                 for (int y = 0; y < tile.height; ++y) {
                     const float* row = sums.data() + (y * count + static_cast<int>(p)) * kPairWidth;
