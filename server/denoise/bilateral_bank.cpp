@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/clones.h"
+
 namespace relume::denoise {
 namespace {
 
@@ -14,24 +16,40 @@ constexpr float kVarianceFloor = 1e-2f;
 // Of the filtered colours: the robust filter multiplies three of them.
 constexpr float kLargestNoise = 1e10f;
 
-// From the sums of one tile to the filtered colours and SURE: weights depend on features alone, so
-// that the derivative of a pixel by its own noise is its weight, 1, over the sum of weights.
+// Rows of a tile, from sums of weights: a pixel's own share, which is the derivative of the
+// filtered pixel by its own noise, since weights depend on features alone;
+RELUME_CLONES void FinishOwn(int width, const float* __restrict weight, float* __restrict own) {
+    for (int x = 0; x < width; ++x) {
+        own[x] = 1 / weight[x];
+    }
+}
+
+// the filtered colour, and what it adds to three times SURE.
+RELUME_CLONES void FinishChannel(int width, const float* __restrict sum,
+                                 const float* __restrict own, const float* __restrict color,
+                                 const float* __restrict variance, float* __restrict filtered,
+                                 float* __restrict sure) {
+    for (int x = 0; x < width; ++x) {
+        filtered[x] = sum[x] * own[x];
+        const float residual = filtered[x] - color[x];
+        sure[x] += residual * residual + variance[x] * (2 * own[x] - 1);
+    }
+}
+
 void FinishTile(const Frame& frame, const TileArea& tile, const float* sums, CandidateBank* bank) {
-    for (int k = 0; k < kCandidates; ++k) {
-        for (int y = 0; y < tile.height; ++y) {
-            const std::size_t row = static_cast<std::size_t>(tile.y0 + y) * frame.width + tile.x0;
+    for (int y = 0; y < tile.height; ++y) {
+        const auto i = static_cast<std::size_t>(tile.y0 + y) * frame.width + tile.x0;
+        for (int k = 0; k < kCandidates; ++k) {
+            FinishOwn(tile.width, sums + BankSum(y, k, 0), bank->self[k].data() + i);
+            float* sure = bank->sure[k].data() + i;
+            std::fill_n(sure, tile.width, 0.0f);
+            for (int c = 0; c < 3; ++c) {
+                FinishChannel(tile.width, sums + BankSum(y, k, 1 + c), bank->self[k].data() + i,
+                              frame.color[c].data() + i, frame.variance[c].data() + i,
+                              bank->filtered[k][c].data() + i, sure);
+            }
             for (int x = 0; x < tile.width; ++x) {
-                const std::size_t i = row + static_cast<std::size_t>(x);
-                const float inverse = 1 / sums[BankSum(y, k, 0) + x];
-                float error = 0;
-                for (int c = 0; c < 3; ++c) {
-                    const float filtered = sums[BankSum(y, k, 1 + c) + x] * inverse;
-                    const float residual = filtered - frame.color[c][i];
-                    bank->filtered[k][c][i] = filtered;
-                    error += residual * residual + frame.variance[c][i] * (2 * inverse - 1);
-                }
-                bank->sure[k][i] = error * (1.0f / 3.0f);
-                bank->self[k][i] = inverse;
+                sure[x] *= 1.0f / 3.0f;
             }
         }
     }
@@ -136,8 +154,8 @@ CandidateBank ComputeBank(const Frame& frame, const BilateralKernels& kernels,
                 [&](const TileArea& tile, TilePlanes& planes) {
                     LoadBankPlanes(frame, guides, tile, &planes);
                     AlignedFloats scratch(kPairScratch), sums(BankSum(kPairHeight, 0, 0));
-                    kernels.bank(planes.planes(), planes.stride(), tables, tile.height,
-                                 scratch.data(), sums.data());
+                    kernels.bank(planes.planes()[0], tables, tile.height, scratch.data(),
+                                 sums.data());
                     FinishTile(frame, tile, sums.data(), &bank);
                 });
     return bank;

@@ -37,9 +37,17 @@ enum BankPlane {
 // Tiles of the bank's kernel, which weighs each pair of pixels once: larger, since that pays inside
 // of a tile alone.
 inline constexpr int kPairWidth = 128, kPairHeight = 64;  // pixels
+// From row to row and from plane to plane, floats. Planes a multiple of 4096 bytes apart would
+// share few places of the processor's cache: they lie some lines beyond.
+inline constexpr std::ptrdiff_t PlaneStride(int width, int halo) { return width + 2 * halo; }
+inline constexpr std::ptrdiff_t PlaneSize(int width, int height, int halo) {
+    return (PlaneStride(width, halo) * (height + 2 * halo) + 1023) / 1024 * 1024 + 5 * 16;
+}
+inline constexpr std::ptrdiff_t kPairStride = PlaneStride(kPairWidth, kBankRadius);
+inline constexpr std::ptrdiff_t kPairPlane = PlaneSize(kPairWidth, kPairHeight, kBankRadius);
 // Floats that it works in, for each kind of weight.
 inline constexpr int kPairScratch =
-    2 * (kPairWidth + 2 * kBankRadius) * (kBankRadius + 1) * (kBankRadius + 1);
+    2 * static_cast<int>(kPairStride) * (kBankRadius + 1) * (kBankRadius + 1);
 
 struct BankTables {
     int radius[kCandidates];  // rising, pixels
@@ -57,8 +65,8 @@ inline constexpr int kBankSums = 4;
 inline constexpr int BankSum(int y, int k, int s) {
     return ((y * kCandidates + k) * kBankSums + s) * kPairWidth;
 }
-using BankKernel = void (*)(const float* const* planes, std::ptrdiff_t stride,
-                            const BankTables& tables, int height, float* scratch, float* out);
+using BankKernel = void (*)(const float* planes, const BankTables& tables, int height,
+                            float* scratch, float* out);
 
 // A filter of candidate 0's window and weights, for the robust filter to compare colours by, with
 // its variance. out[s * kTileArea + y * kTileWidth + x]: the sum of weights, 1 for the pixel
@@ -87,10 +95,14 @@ enum RobustSumPlane {
 inline constexpr float kRangeScale = 3;  // 2 kappa^2, kappa = 1.22
 inline constexpr float kRangeFloor = 1e-10f;
 
-// As GuideKernel: out[(kRobustSums k + s) * kTileArea + y * kTileWidth + x] is candidate k's sum s.
-// kRobustGuide + 0..2 hold the guide, kRobustNoise + 0..2 its variance, kRobustShare a pixel's own
-// share in it.
-using RobustKernel = GuideKernel;
+// RobustSum(y, k, s) + x of `out` is candidate k's sum s. Tiles and `scratch` as for the bank, the
+// latter 2 kPairScratch + kRobustScratch floats. kRobustGuide + 0..2 hold the guide, kRobustNoise +
+// 0..2 its variance, kRobustShare a pixel's own share in it.
+inline constexpr int RobustSum(int y, int k, int s) {
+    return ((y * kCandidates + k) * kRobustSums + s) * kPairWidth;
+}
+inline constexpr int kRobustScratch = 4 * 5 * kPairWidth;
+using RobustKernel = BankKernel;
 
 inline constexpr int kPrintedRadius = 8;
 

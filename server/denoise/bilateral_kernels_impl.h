@@ -16,7 +16,8 @@ struct BankCenter {
     Floats feature[7], spread[3];
 };
 
-inline BankCenter LoadBankCenter(const float* const* planes, std::ptrdiff_t at) {
+template <class Planes>
+inline BankCenter LoadBankCenter(const Planes& planes, std::ptrdiff_t at) {
     BankCenter center;
     for (int f = 0; f < 7; ++f) {
         center.feature[f] = Load(planes[kBankNormal + f] + at);
@@ -27,8 +28,9 @@ inline BankCenter LoadBankCenter(const float* const* planes, std::ptrdiff_t at) 
     return center;
 }
 
-inline Floats FeatureDistance(const float* const* planes, std::ptrdiff_t at,
-                              const BankCenter& center, const Floats (&floor)[3]) {
+template <class Planes>
+inline Floats FeatureDistance(const Planes& planes, std::ptrdiff_t at, const BankCenter& center,
+                              const Floats (&floor)[3]) {
     Floats squared[7];
     for (int f = 0; f < 7; ++f) {
         const Floats d = Load(planes[kBankNormal + f] + at) - center.feature[f];
@@ -43,63 +45,55 @@ inline Floats FeatureDistance(const float* const* planes, std::ptrdiff_t at,
     return ((normal * b + albedo * a) * c + squared[6] * ab) / (ab * c);
 }
 
+// The weight, and, for the robust filter, its exponent.
+template <int kKindCount>
 struct BankPair {
-    static constexpr int kKinds = 1;
+    static constexpr int kKinds = kKindCount, kExponents = kKinds - 1;
     using Center = BankCenter;
 
     Center LoadCenter(std::ptrdiff_t at) const { return LoadBankCenter(planes, at); }
-    void Exponents(const Center& center, std::ptrdiff_t at, Floats (&e)[1]) const {
+    void Exponents(const Center& center, std::ptrdiff_t at, Floats (&e)[kKinds]) const {
         e[0] = FeatureDistance(planes, at, center, floor);
+        e[kKinds - 1] = e[0];
     }
 
-    const float* const* planes;
+    PairPlanes planes;
     Floats floor[3];
 };
 
-void Bank(const float* const* planes, std::ptrdiff_t stride, const BankTables& tables, int height,
-          float* scratch, float* out) {
+void Bank(const float* first_plane, const BankTables& tables, int height, float* scratch,
+          float* out) {
+    const PairPlanes planes = {first_plane};
     for (int y = 0; y < height; ++y) {
         for (int x = 0; x < kPairWidth; x += RELUME_LANES) {
             for (int k = 0; k < kCandidates; ++k) {
                 Store(out + BankSum(y, k, 0) + x, Fill(1.0f));
                 for (int c = 0; c < 3; ++c) {
                     Store(out + BankSum(y, k, 1 + c) + x,
-                          Load(planes[kBankColor + c] + y * stride + x));
+                          Load(planes[kBankColor + c] + y * kPairStride + x));
                 }
             }
         }
     }
-    const BankPair pair = {planes,
-                           {Fill(tables.floor[0]), Fill(tables.floor[1]), Fill(tables.floor[2])}};
-    // The neighbours at one distance are summed once, for all the candidates whose window reaches
-    // so far.
-    const auto add = [&](const auto& ring, int y, int dy, int dx) {
-        const int reach = dx > dy ? dx : dy;
-        int first = kCandidates - 1;
-        while (first > 0 && tables.radius[first - 1] >= reach) {
-            --first;
-        }
-        for (int x = 0; x < kPairWidth; x += RELUME_LANES) {
-            const std::ptrdiff_t at = y * stride + x;
-            Floats sum[kBankSums]{};
-            for (std::size_t n = 0; n < sizeof(ring.weight) / sizeof(ring.weight[0]); ++n) {
-                const Floats w = Load(ring.weight[n] + x);
-                sum[0] += w;
-                for (int c = 0; c < 3; ++c) {
-                    sum[1 + c] += w * Load(planes[kBankColor + c] + at + ring.offset[n]);
+    const BankPair<1> pair = {
+        planes, {Fill(tables.floor[0]), Fill(tables.floor[1]), Fill(tables.floor[2])}};
+    const auto add = [&](const RowRings<1>& rings, int y, int dy) {
+        AddRings<kBankSums>(
+            tables, rings, dy,
+            [&](const auto& ring, int x, Floats(&sum)[kBankSums]) {
+                for (std::size_t n = 0; n < sizeof(ring.weight) / sizeof(ring.weight[0]); ++n) {
+                    const Floats w = Load(ring.weight[n] + x);
+                    const std::ptrdiff_t at = y * kPairStride + x + ring.offset[n];
+                    sum[0] += w;
+                    for (int c = 0; c < 3; ++c) {
+                        sum[1 + c] += w * Load(planes[kBankColor + c] + at);
+                    }
                 }
-            }
-            for (int k = first; k < kCandidates; ++k) {
-                const float spatial = tables.spatial[k][dy][dx];
-                for (int s = 0; s < kBankSums; ++s) {
-                    float* total = out + BankSum(y, k, s) + x;
-                    Store(total, Load(total) + sum[s] * spatial);
-                }
-            }
-        }
+            },
+            [&](int k, int s) { return out + BankSum(y, k, s); });
     };
-    ForEachRing(pair, stride, tables.radius[kCandidates - 1], tables.spatial[kCandidates - 1],
-                height, scratch, add);
+    ForEachRow(pair, tables.radius[kCandidates - 1], tables.spatial[kCandidates - 1], height,
+               scratch, add);
 }
 
 void Guide(const float* const* planes, std::ptrdiff_t stride, const BankTables& tables, int height,
@@ -135,111 +129,117 @@ void Guide(const float* const* planes, std::ptrdiff_t stride, const BankTables& 
     }
 }
 
-struct RobustCenter {
-    BankCenter features;
-    Floats color[3], guide[3], noise[3], share;
+// What the range term makes of a row of pixels and one of their neighbours.
+struct RangeRow {
+    float* weight;    // w', at first its exponent
+    float* excess;    // the range distance; where it is not above 0 its factor is 1
+    float* slope[3];  // r g
 };
 
 // The range term's distance: mean over the channels of (g^2 - v_i - min(v_i, v_j)) r (methods 3.7,
-// 1.4). Where it is not above 0 the range factor is 1. `near` is the guide's spatial weight, 0
-// outside of its window.
-inline void AddRobustNeighbour(const float* const* planes, std::ptrdiff_t at,
-                               const RobustCenter& center, const Floats (&floor)[3], float near,
-                               Floats (&sum)[kRobustSums]) {
-    const Floats e = FeatureDistance(planes, at, center.features, floor);
-    if (!AnyBelow(e, kLargestExponent)) {
-        return;  // all that follows would be 0
-    }
-    const Floats w = ExpOfMinus(e, kLargestExponent);
-    sum[kRobustWeight] += w;
-    Floats u[3], slope[3], excess[3], scale[3];
-    for (int c = 0; c < 3; ++c) {
-        u[c] = Load(planes[kBankColor + c] + at) - center.color[c];
-        sum[kRobustDelta + c] += w * u[c];
-        slope[c] = Load(planes[kRobustGuide + c] + at) - center.guide[c];
-        const Floats own = center.noise[c], v = Load(planes[kRobustNoise + c] + at);
-        excess[c] = slope[c] * slope[c] - (own + Min(own, v));
-        scale[c] = (own + v) * kRangeScale + kRangeFloor;
-    }
-    // 1/scale, with one division.
-    const Floats whole = 1.0f / (scale[0] * scale[1] * scale[2]);
-    const Floats r[3] = {whole * (scale[1] * scale[2]), whole * (scale[0] * scale[2]),
-                         whole * (scale[0] * scale[1])};
-    Floats distance{};
-    for (int c = 0; c < 3; ++c) {
-        distance += excess[c] * r[c];
-        slope[c] *= r[c];
-    }
-    distance *= 1.0f / 3.0f;
-    const Floats ranged = ExpOfMinus(e + Max(distance, Floats{}), kLargestExponent);
-    Floats falling = distance > Floats{} ? ranged : Floats{};
-    if (near > 0) {
-        falling -= falling * (w * near) * Load(planes[kRobustShare] + at) / center.share;
-    }
-    sum[kRangeWeight] += ranged;
-    for (int c = 0; c < 3; ++c) {
-        sum[kRangeDelta + c] += ranged * u[c];
-        const Floats t = falling * slope[c];
-        sum[kRangeSlope + c] += t;
-        sum[kRangeCurve + c] += t * u[c];
+// 1.4). `exponent`: of the features' weights.
+inline void RangeDistances(const PairPlanes& planes, std::ptrdiff_t row, std::ptrdiff_t offset,
+                           const float* exponent, const RangeRow& to) {
+    for (int x = 0; x < kPairWidth; x += RELUME_LANES) {
+        const std::ptrdiff_t at = row + x;
+        const Floats e = Load(exponent + x);
+        Floats slope[3], excess[3], scale[3];
+        for (int c = 0; c < 3; ++c) {
+            slope[c] =
+                Load(planes[kRobustGuide + c] + at + offset) - Load(planes[kRobustGuide + c] + at);
+            const Floats own = Load(planes[kRobustNoise + c] + at);
+            const Floats v = Load(planes[kRobustNoise + c] + at + offset);
+            excess[c] = slope[c] * slope[c] - (own + Min(own, v));
+            scale[c] = (own + v) * kRangeScale + kRangeFloor;
+        }
+        // 1/scale, with one division.
+        const Floats whole = 1.0f / (scale[0] * scale[1] * scale[2]);
+        const Floats r[3] = {whole * (scale[1] * scale[2]), whole * (scale[0] * scale[2]),
+                             whole * (scale[0] * scale[1])};
+        Floats distance{};
+        for (int c = 0; c < 3; ++c) {
+            distance += excess[c] * r[c];
+            Store(to.slope[c] + x, slope[c] * r[c]);
+        }
+        distance *= 1.0f / 3.0f;
+        Store(to.excess + x, distance);
+        Store(to.weight + x, e + Max(distance, Floats{}));
     }
 }
 
-void Robust(const float* const* planes, std::ptrdiff_t stride, const BankTables& tables, int height,
-            float* out) {
-    Floats floor[3];
-    for (int g = 0; g < 3; ++g) {
-        floor[g] = Fill(tables.floor[g]);
+// `near` is the guide's spatial weight, 0 outside of its window.
+inline void AddRobustNeighbour(const PairPlanes& planes, std::ptrdiff_t at, std::ptrdiff_t offset,
+                               Floats w, const RangeRow& range, int x, float near,
+                               Floats (&sum)[kRobustSums]) {
+    const Floats ranged = Load(range.weight + x);
+    Floats falling = Load(range.excess + x) > Floats{} ? ranged : Floats{};
+    if (near > 0) {
+        falling -= falling * (w * near) * Load(planes[kRobustShare] + at + offset) /
+                   Load(planes[kRobustShare] + at);
     }
-    const int radius = tables.radius[kCandidates - 1];
-    for (int y = 0; y < height; ++y) {
-        for (int x = 0; x < kTileWidth; x += RELUME_LANES) {
-            const std::ptrdiff_t at = y * stride + x;
-            RobustCenter center;
-            center.features = LoadBankCenter(planes, at);
-            for (int c = 0; c < 3; ++c) {
-                center.color[c] = Load(planes[kBankColor + c] + at);
-                center.guide[c] = Load(planes[kRobustGuide + c] + at);
-                center.noise[c] = Load(planes[kRobustNoise + c] + at);
+    sum[kRobustWeight] += w;
+    sum[kRangeWeight] += ranged;
+    for (int c = 0; c < 3; ++c) {
+        const Floats u =
+            Load(planes[kBankColor + c] + at + offset) - Load(planes[kBankColor + c] + at);
+        sum[kRobustDelta + c] += w * u;
+        sum[kRangeDelta + c] += ranged * u;
+        const Floats t = falling * Load(range.slope[c] + x);
+        sum[kRangeSlope + c] += t;
+        sum[kRangeCurve + c] += t * u;
+    }
+}
+
+void Robust(const float* first_plane, const BankTables& tables, int height, float* scratch,
+            float* out) {
+    const PairPlanes planes = {first_plane};
+    __builtin_memset(out, 0, sizeof(float) * static_cast<std::size_t>(RobustSum(height, 0, 0)));
+    const BankPair<2> pair = {
+        planes, {Fill(tables.floor[0]), Fill(tables.floor[1]), Fill(tables.floor[2])}};
+    RangeRow ranges[4];
+    for (int n = 0; n < 4; ++n) {
+        float* at = scratch + 2 * kPairScratch + n * 5 * kPairWidth;
+        ranges[n] = {
+            at, at + kPairWidth, {at + 2 * kPairWidth, at + 3 * kPairWidth, at + 4 * kPairWidth}};
+        __builtin_memset(at, 0, 5 * kPairWidth * sizeof(float));
+    }
+    const auto add_ring = [&](const auto& ring, int y, int dy, int dx) {
+        constexpr int kCount = sizeof(ring.weight) / sizeof(ring.weight[0]);
+        const int first = FirstWindow(tables, dy, dx);
+        const float near = first == 0 ? tables.spatial[0][dy][dx] : 0;
+        for (int n = 0; n < kCount; ++n) {
+            RangeDistances(planes, y * kPairStride, ring.offset[n],
+                           ring.weight[n] + PairRow<2>::kStride, ranges[n]);
+            for (int x = 0; x < kPairWidth; x += RELUME_LANES) {
+                float* at = ranges[n].weight + x;
+                Store(at, ExpOfMinus(Load(at), kLargestExponent));
             }
-            center.share = Load(planes[kRobustShare] + at);
-            Floats total[kCandidates][kRobustSums]{};
-            // Rings of up to four neighbours, as in Bank.
-            for (int dy = 0; dy <= radius; ++dy) {
-                for (int dx = dy == 0 ? 1 : 0; dx <= radius; ++dx) {
-                    if (tables.spatial[kCandidates - 1][dy][dx] == 0) {
-                        continue;
-                    }
-                    Floats ring[kRobustSums]{};
-                    const std::ptrdiff_t below = at + dy * stride, above = at - dy * stride;
-                    const int reach = dx > dy ? dx : dy;
-                    const float near = reach <= tables.radius[0] ? tables.spatial[0][dy][dx] : 0;
-                    AddRobustNeighbour(planes, below + dx, center, floor, near, ring);
-                    if (dx != 0) {
-                        AddRobustNeighbour(planes, below - dx, center, floor, near, ring);
-                    }
-                    if (dy != 0) {
-                        AddRobustNeighbour(planes, above + dx, center, floor, near, ring);
-                        if (dx != 0) {
-                            AddRobustNeighbour(planes, above - dx, center, floor, near, ring);
-                        }
-                    }
-                    for (int k = kCandidates - 1; k >= 0 && tables.radius[k] >= reach; --k) {
-                        const float spatial = tables.spatial[k][dy][dx];
-                        for (int s = 0; s < kRobustSums; ++s) {
-                            total[k][s] += ring[s] * spatial;
-                        }
-                    }
-                }
+        }
+        for (int x = 0; x < kPairWidth; x += RELUME_LANES) {
+            Floats sum[kRobustSums]{};
+            for (int n = 0; n < kCount; ++n) {
+                AddRobustNeighbour(planes, y * kPairStride + x, ring.offset[n],
+                                   Load(ring.weight[n] + x), ranges[n], x, near, sum);
             }
-            float* to = out + y * kTileWidth + x;
-            for (int k = 0; k < kCandidates; ++k) {
+            for (int k = first; k < kCandidates; ++k) {
+                const float spatial = tables.spatial[k][dy][dx];
                 for (int s = 0; s < kRobustSums; ++s) {
-                    Store(to + (kRobustSums * k + s) * kTileArea, total[k][s]);
+                    float* total = out + RobustSum(y, k, s) + x;
+                    Store(total, Load(total) + sum[s] * spatial);
                 }
             }
         }
-    }
+    };
+    const int radius = tables.radius[kCandidates - 1];
+    const auto& spatial = tables.spatial[kCandidates - 1];
+    ForEachRow(pair, radius, spatial, height, scratch,
+               [&](const RowRings<2>& rings, int y, int dy) {
+                   for (int dx = dy == 0 ? 1 : 0; dx <= radius; ++dx) {
+                       if (spatial[dy][dx] != 0) {
+                           rings.At(dx, [&](const auto& ring) { add_ring(ring, y, dy, dx); });
+                       }
+                   }
+               });
 }
 
 // Equation (14) by (15): exp(-(g_i^2 + g_j^2)/(2 sigma^2)) times the first terms of the series of

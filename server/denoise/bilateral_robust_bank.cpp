@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/base/clones.h"
 #include "server/denoise/planes.h"
 
 namespace relume::denoise {
@@ -21,6 +22,48 @@ BankTables MakeRobustTables() {
         }
     }
     return tables;
+}
+
+// Rows of a tile, from sums of weights and of weighted differences: what squared errors count,
+RELUME_CLONES void WeighErrors(int width, const float* __restrict weight,
+                               const float* __restrict delta, const float* __restrict color,
+                               float* __restrict importance) {
+    for (int x = 0; x < width; ++x) {
+        const float value = color[x] + delta[x] / (1 + weight[x]);
+        importance[x] = 1 / (3 * (value * value + kImportanceFloor));
+    }
+}
+
+// the derivative where weights don't depend on the noise,
+RELUME_CLONES void Derive(int width, const float* __restrict weight, float* __restrict own) {
+    for (int x = 0; x < width; ++x) {
+        own[x] = 1 / (1 + weight[x]);
+    }
+}
+
+// and where they do,
+RELUME_CLONES void DeriveRanged(int width, const float* __restrict weight,
+                                const float* __restrict delta, const float* __restrict slope,
+                                const float* __restrict curve, const float* __restrict share,
+                                float* __restrict own) {
+    for (int x = 0; x < width; ++x) {
+        const float inverse = 1 / (1 + weight[x]);
+        own[x] =
+            inverse * (1 + (2.0f / 3.0f) * share[x] * (curve[x] - delta[x] * inverse * slope[x]));
+    }
+}
+
+// the filtered colour, and what it adds to SURE.
+RELUME_CLONES void FinishChannel(int width, const float* __restrict weight,
+                                 const float* __restrict delta, const float* __restrict own,
+                                 const float* __restrict color, const float* __restrict variance,
+                                 const float* __restrict importance, float* __restrict filtered,
+                                 float* __restrict sure) {
+    for (int x = 0; x < width; ++x) {
+        const float change = delta[x] * (1 / (1 + weight[x]));
+        filtered[x] = color[x] + change;
+        sure[x] += importance[x] * (change * change + variance[x] * (2 * own[x] - 1));
+    }
 }
 
 template <typename Fn>
@@ -61,68 +104,57 @@ void RobustBank::Extend(int until, const CancelToken& cancel) {
     for (RobustCandidate& candidate : candidates_) {
         ForEachPlane(&candidate, [&](Plane& p) { p.resize(pixels); });
     }
-    ForEachTile(
-        frame_, rows, kRobustPlanes, {.halo = kBankRadius}, cancel,
-        [&](const TileArea& tile, TilePlanes& scratch) {
-            LoadBankPlanes(frame_, guides_, tile, &scratch);
-            const auto load = [&](int index, const Plane& plane) {
-                scratch.Load(index, plane, frame_.width, frame_.height, tile.x0, tile.y0, 0);
-            };
-            for (int c = 0; c < 3; ++c) {
-                load(kRobustGuide + c, guide_.color[static_cast<std::size_t>(c)]);
-                load(kRobustNoise + c, guide_.variance[static_cast<std::size_t>(c)]);
-            }
-            load(kRobustShare, guide_.share);
-            std::vector<float> sums(
-                static_cast<std::size_t>(kRobustSums * kCandidates * kTileArea));
-            kernels_.robust(scratch.planes(), scratch.stride(), tables_, tile.height, sums.data());
-            FinishTile(tile, sums.data());
-        });
+    ForEachTile(frame_, rows, kRobustPlanes, kPairTile, cancel,
+                [&](const TileArea& tile, TilePlanes& planes) {
+                    LoadBankPlanes(frame_, guides_, tile, &planes);
+                    const auto load = [&](int index, const Plane& plane) {
+                        planes.Load(index, plane, frame_.width, frame_.height, tile.x0, tile.y0, 0);
+                    };
+                    for (int c = 0; c < 3; ++c) {
+                        load(kRobustGuide + c, guide_.color[static_cast<std::size_t>(c)]);
+                        load(kRobustNoise + c, guide_.variance[static_cast<std::size_t>(c)]);
+                    }
+                    load(kRobustShare, guide_.share);
+                    AlignedFloats scratch(2 * kPairScratch + kRobustScratch);
+                    AlignedFloats sums(static_cast<std::size_t>(RobustSum(kPairHeight, 0, 0)));
+                    kernels_.robust(planes.planes()[0], tables_, tile.height, scratch.data(),
+                                    sums.data());
+                    FinishTile(tile, sums.data());
+                });
 }
 
 // With W the sum of weights, 1 for the pixel itself: F = y + sum(w u)/W, and by the quotient rule
 // dF/dy = (1 + sum over j of dw_j/dy (y_j - F))/W, where y_j - F = u + (y - F) and
 // dw_j/dy = 2/3 w_j r g times the share of y in guide_i less that in guide_j.
 void RobustBank::FinishTile(const TileArea& tile, const float* sums) {
-    const float* widest = sums + kRobustSums * (kCandidates - 1) * kTileArea;
     for (int y = 0; y < tile.height; ++y) {
-        for (int x = 0; x < tile.width; ++x) {
-            const auto i = static_cast<std::size_t>(tile.y0 + y) * frame_.width + tile.x0 + x;
-            const float* at = widest + y * kTileWidth + x;
-            for (std::size_t c = 0; c < 3; ++c) {
-                const float value =
-                    frame_.color[c][i] + at[(kRobustDelta + c) * kTileArea] / (1 + at[0]);
-                importance_[c][i] = 1 / (3 * (value * value + kImportanceFloor));
-            }
+        const auto i = static_cast<std::size_t>(tile.y0 + y) * frame_.width + tile.x0;
+        const auto o = i - static_cast<std::size_t>(begin_) * frame_.width;
+        const float* widest = sums + RobustSum(y, kCandidates - 1, 0);
+        for (std::size_t c = 0; c < 3; ++c) {
+            WeighErrors(tile.width, widest, widest + (kRobustDelta + c) * kPairWidth,
+                        frame_.color[c].data() + i, importance_[c].data() + i);
         }
-    }
-    for (int k = 0; k < kRobustCandidates; ++k) {
-        RobustCandidate& to = candidates_[static_cast<std::size_t>(k)];
-        const bool ranged = k >= kCandidates;
-        const float* from = sums + kRobustSums * (k % kCandidates) * kTileArea;
-        const float* weight = from + (ranged ? kRangeWeight : kRobustWeight) * kTileArea;
-        const float* slope = from + kRangeSlope * kTileArea;
-        const float* curve = from + kRangeCurve * kTileArea;
-        for (int y = 0; y < tile.height; ++y) {
-            for (int x = 0; x < tile.width; ++x) {
-                const auto i = static_cast<std::size_t>(tile.y0 + y) * frame_.width + tile.x0 + x;
-                const auto o = i - static_cast<std::size_t>(begin_) * frame_.width;
-                const int at = y * kTileWidth + x;
-                const float inverse = 1 / (1 + weight[at]);
-                float error = 0;
-                for (std::size_t c = 0; c < 3; ++c) {
-                    const std::size_t channel = c * kTileArea + static_cast<std::size_t>(at);
-                    const float change = weight[kTileArea + channel] * inverse;
-                    const float own =
-                        ranged ? inverse * (1 + (2.0f / 3.0f) * guide_.share[i] *
-                                                    (curve[channel] - change * slope[channel]))
-                               : inverse;
-                    to.filtered[c][o] = frame_.color[c][i] + change;
-                    to.own[c][o] = own;
-                    error += importance_[c][i] *
-                             (change * change + frame_.variance[c][i] * (2 * own - 1));
+        for (int k = 0; k < kRobustCandidates; ++k) {
+            RobustCandidate& to = candidates_[static_cast<std::size_t>(k)];
+            const bool ranged = k >= kCandidates;
+            const float* from = sums + RobustSum(y, k % kCandidates, 0);
+            const float* weight = from + (ranged ? kRangeWeight : kRobustWeight) * kPairWidth;
+            std::fill_n(to.sure.data() + o, tile.width, 0.0f);
+            for (std::size_t c = 0; c < 3; ++c) {
+                float* own = to.own[c].data() + o;
+                if (ranged) {
+                    DeriveRanged(tile.width, weight, weight + (1 + c) * kPairWidth,
+                                 from + (kRangeSlope + c) * kPairWidth,
+                                 from + (kRangeCurve + c) * kPairWidth, guide_.share.data() + i,
+                                 own);
+                } else {
+                    Derive(tile.width, weight, own);
                 }
-                to.sure[o] = error;
+                FinishChannel(tile.width, weight, weight + (1 + c) * kPairWidth, own,
+                              frame_.color[c].data() + i, frame_.variance[c].data() + i,
+                              importance_[c].data() + i, to.filtered[c].data() + o,
+                              to.sure.data() + o);
             }
         }
     }

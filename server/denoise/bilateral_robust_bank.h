@@ -23,7 +23,7 @@ class RobustBank {
   public:
     RobustBank(const Frame& frame, const BilateralKernels& kernels, const CancelToken& cancel);
 
-    // Adds the rows from end() on, up to `until`: a multiple of kTileHeight, or the height.
+    // Adds the rows from end() on, up to `until`.
     void Extend(int until, const CancelToken& cancel);
     // Forgets the rows before `row`.
     void Drop(int row);

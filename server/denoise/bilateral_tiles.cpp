@@ -49,12 +49,10 @@ Guides MakeGuides(const Frame& frame) {
     return guides;
 }
 
-// Planes a multiple of 4096 bytes apart would share few places of the processor's cache: they lie
-// some lines beyond.
 TilePlanes::TilePlanes(int count, const TileShape& shape)
     : shape_(shape),
-      stride_(shape.width + 2 * shape.halo),
-      plane_size_((stride_ * (shape.height + 2 * shape.halo) + 1023) / 1024 * 1024 + 5 * 16),
+      stride_(PlaneStride(shape.width, shape.halo)),
+      plane_size_(PlaneSize(shape.width, shape.height, shape.halo)),
       data_(static_cast<std::size_t>(count * plane_size_)) {
     for (int p = 0; p < count; ++p) {
         planes_.push_back(data_.data() + p * plane_size_ + shape.halo * stride_ + shape.halo);

@@ -26,6 +26,7 @@ Frame HalfFrame(const Frame& frame, int half) {
     out.width = frame.width;
     out.height = frame.height;
     out.flagged = frame.flagged;
+    out.brightest = frame.brightest;
     const std::size_t pixels = frame.pixel_count();
     out.count.resize(pixels);
     Plane scale(pixels);

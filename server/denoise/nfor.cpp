@@ -172,6 +172,12 @@ class Nfor final : public Denoiser {
         Blend blend = ChooseK(frame, candidate, cancel);
         result.notes["k"] =
             fmt::format("1: {:.1f} %, 0.5: {:.1f} %", 100 * blend.wide, 100 - 100 * blend.wide);
+        result.halves.emplace();
+        for (std::size_t h = 0; h < 2; ++h) {
+            for (std::size_t c = 0; c < 3; ++c) {
+                result.halves->color[h][c] = blend.half[h][c];
+            }
+        }
         Color color = RegressMean(
             frame, blend.half,
             CombineFeatures(std::move(features), frame.width, frame.height, cancel), cancel);

@@ -11,6 +11,12 @@ namespace {
 
 static_assert(kPairWidth % 16 == 0 && kBankRadius % 16 == 0);
 
+// Planes of a pair tile: [p] is plane p's first pixel of the tile.
+struct PairPlanes {
+    const float* operator[](int p) const { return first + p * kPairPlane; }
+    const float* first;
+};
+
 constexpr float kLargestExponent = 40;  // weights below exp(-40) are 0
 
 // The weights of a row of pixels with those `dy` rows below: of kind k of pair (x, x + dx) in
@@ -19,7 +25,7 @@ constexpr float kLargestExponent = 40;  // weights below exp(-40) are 0
 template <int kKinds>
 class PairRow {
   public:
-    static constexpr int kStride = kPairWidth + 2 * kBankRadius;
+    static constexpr int kStride = kPairStride;
     static constexpr int kSize = 2 * kKinds * kStride * (kBankRadius + 1);
 
     explicit PairRow(float* at) : at_(at) {}
@@ -69,7 +75,7 @@ inline void WeighRow(const Pair& pair, std::ptrdiff_t row, std::ptrdiff_t below,
             Store(at + x, ExpOfMinus(Load(at + x), kLargestExponent));
         }
     };
-    for (int k = 0; k < kKinds; ++k) {
+    for (int k = 0; k < kKinds - Pair::kExponents; ++k) {
         exponentiate(to.right(dx, k), -reach, kPairWidth);
         if (both) {
             exponentiate(to.left(dx, k), 0, kPairWidth + reach);
@@ -85,38 +91,101 @@ struct Ring {
     std::ptrdiff_t offset[kCount];
 };
 
-// Calls add(ring, y, dy, dx) for rows 0 <= y < height of the tile and distances up to `radius`
-// whose weight spatial[dy][dx] is not 0. `scratch` holds PairRow::kSize * (kBankRadius + 1) floats.
+// The rings of one row of pixels at one dy.
+template <int kKinds>
+struct RowRings {
+    // Calls fn(ring) with the ring at dx, of two or four neighbours.
+    template <class Fn>
+    void At(int dx, const Fn& fn) const {
+        if (below == 0) {
+            fn(Ring<2>{{here.right(dx, 0), here.right(dx, 0) - dx}, {dx, -dx}});
+        } else if (dx == 0) {
+            fn(Ring<2>{{here.right(0, 0), there.right(0, 0)}, {below, -below}});
+        } else {
+            fn(Ring<4>{{here.right(dx, 0), here.left(dx, 0), there.left(dx, 0) + dx,
+                        there.right(dx, 0) - dx},
+                       {below + dx, below - dx, -below + dx, -below - dx}});
+        }
+    }
+
+    PairRow<kKinds> here, there;  // weights of this row, and of the one dy above
+    std::ptrdiff_t below;
+};
+
+// Calls add(rings, y, dy) for rows 0 <= y < height of the tile and 0 <= dy <= radius, where the
+// rings at 0 <= dx <= radius (from 1 for dy = 0) with spatial[dy][dx] above 0 have their weights.
+// `scratch` holds PairRow::kSize * (kBankRadius + 1) floats.
 template <class Pair, class Add>
-inline void ForEachRing(const Pair& pair, std::ptrdiff_t stride, int radius,
-                        const float (&spatial)[kBankRadius + 1][kBankRadius + 1], int height,
-                        float* scratch, const Add& add) {
+inline void ForEachRow(const Pair& pair, int radius,
+                       const float (&spatial)[kBankRadius + 1][kBankRadius + 1], int height,
+                       float* scratch, const Add& add) {
     using Row = PairRow<Pair::kKinds>;
     for (int dy = 0; dy <= radius; ++dy) {
-        const std::ptrdiff_t below = dy * stride;
+        const std::ptrdiff_t below = dy * kPairStride;
         for (int y = -dy; y < height; ++y) {
             // The rows from y - dy to y are kept, in turn.
             const Row here(scratch + (y + dy) % (dy + 1) * Row::kSize);
             const Row there(scratch + (y + dy + 1) % (dy + 1) * Row::kSize);
             for (int dx = dy == 0 ? 1 : 0; dx <= radius; ++dx) {
-                if (spatial[dy][dx] == 0) {
-                    continue;
-                }
-                WeighRow(pair, y * stride, below, dx, here);
-                if (y < 0) {
-                    continue;
-                }
-                if (dy == 0) {
-                    add(Ring<2>{{here.right(dx, 0), here.right(dx, 0) - dx}, {dx, -dx}}, y, dy, dx);
-                } else if (dx == 0) {
-                    add(Ring<2>{{here.right(0, 0), there.right(0, 0)}, {below, -below}}, y, dy, dx);
-                } else {
-                    add(Ring<4>{{here.right(dx, 0), here.left(dx, 0), there.left(dx, 0) + dx,
-                                 there.right(dx, 0) - dx},
-                                {below + dx, below - dx, -below + dx, -below - dx}},
-                        y, dy, dx);
+                if (spatial[dy][dx] != 0) {
+                    WeighRow(pair, y * kPairStride, below, dx, here);
                 }
             }
+            if (y >= 0) {
+                add(RowRings<Pair::kKinds>{here, there, below}, y, dy);
+            }
+        }
+    }
+}
+
+// The first candidate whose window reaches so far.
+inline int FirstWindow(const BankTables& tables, int dy, int dx) {
+    const int reach = dx > dy ? dx : dy;
+    int first = kCandidates - 1;
+    while (first > 0 && tables.radius[first - 1] >= reach) {
+        --first;
+    }
+    return first;
+}
+
+// Adds what each ring of a row has to the sums of the windows that reach so far, in which the
+// widest one's stay in registers. sum(ring, x, to): kSums sums of a ring; total(k, s): the row of
+// window k's sum s.
+template <int kSums, class Rings, class Sum, class Total>
+inline void AddRings(const BankTables& tables, const Rings& rings, int dy, const Sum& sum,
+                     const Total& total) {
+    constexpr int kWidest = kCandidates - 1;
+    const int radius = tables.radius[kWidest];
+    int first[kBankRadius + 1];
+    for (int dx = 0; dx <= radius; ++dx) {
+        first[dx] = FirstWindow(tables, dy, dx);
+    }
+    for (int x = 0; x < kPairWidth; x += RELUME_LANES) {
+        Floats widest[kSums];
+        for (int s = 0; s < kSums; ++s) {
+            widest[s] = Load(total(kWidest, s) + x);
+        }
+        for (int dx = dy == 0 ? 1 : 0; dx <= radius; ++dx) {
+            if (tables.spatial[kWidest][dy][dx] == 0) {
+                continue;
+            }
+            rings.At(dx, [&](const auto& ring) {
+                Floats add[kSums]{};
+                sum(ring, x, add);
+                for (int k = first[dx]; k < kWidest; ++k) {
+                    const float spatial = tables.spatial[k][dy][dx];
+                    for (int s = 0; s < kSums; ++s) {
+                        float* to = total(k, s) + x;
+                        Store(to, Load(to) + add[s] * spatial);
+                    }
+                }
+                for (int s = 0; s < kSums; ++s) {
+                    widest[s] += add[s] * tables.spatial[kWidest][dy][dx];
+                }
+            });
+        }
+        for (int s = 0; s < kSums; ++s) {
+            Store(total(kWidest, s) + x, widest[s]);
         }
     }
 }

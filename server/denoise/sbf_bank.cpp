@@ -15,22 +15,6 @@ constexpr float kFeatureSigma[3] = {0.8f, 0.25f, 0.6f};
 constexpr float kVarianceFloor = 1e-2f;
 constexpr int kBandRows = 2 * kPairHeight;
 
-// Weight of a pixel at each distance from a sample that lies anywhere in the middle one: exp(-2
-// d^2) - exp(-8), to 0 at 2 pixels (PBRT's Gaussian filter).
-std::vector<float> PixelFilterTaps() {
-    constexpr int kSteps = 64;
-    std::vector<float> taps;
-    for (int k = -2; k <= 2; ++k) {
-        double sum = 0;
-        for (int s = 0; s < kSteps; ++s) {
-            const double d = k + (s + 0.5) / kSteps - 0.5;
-            sum += std::max(0.0, std::exp(-2 * d * d) - std::exp(-8.0));
-        }
-        taps.push_back(static_cast<float>(sum / kSteps));
-    }
-    return taps;
-}
-
 template <typename Fn>
 void ForEachPlane(SbfCandidate* candidate, const Fn& fn) {
     for (Plane& plane : candidate->filtered) {
@@ -155,8 +139,8 @@ void SbfBank::Extend(int until, const CancelToken& cancel) {
                     }
                     AlignedFloats scratch(kinds * kPairScratch);
                     AlignedFloats sums(static_cast<std::size_t>(SbfSum(size(), kPairHeight, 0, 0)));
-                    kernels_.bank(planes.planes(), planes.stride(), tables_, size(), tile.height,
-                                  scratch.data(), sums.data());
+                    kernels_.bank(planes.planes()[0], tables_, size(), tile.height, scratch.data(),
+                                  sums.data());
                     FinishTile(tile, sums.data());
                 });
 }
@@ -203,8 +187,8 @@ std::vector<Plane> SbfBank::Smooth(const std::vector<const Plane*>& planes, int 
             }
             AlignedFloats weights(kPairScratch);
             AlignedFloats sums(static_cast<std::size_t>(count * kPairWidth * kPairHeight));
-            kernels_.smooth(scratch.planes(), scratch.stride(), tables_, k, groups, tile.height,
-                            weights.data(), sums.data());
+            kernels_.smooth(scratch.planes()[0], tables_, k, groups, tile.height, weights.data(),
+                            sums.data());
             for (std::size_t p = 0; p < planes.size(); ++p) {
                 for (int y = 0; y < tile.height; ++y) {
                     const float* row = sums.data() + (y * count + static_cast<int>(p)) * kPairWidth;

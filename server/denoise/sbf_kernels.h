@@ -37,15 +37,13 @@ inline constexpr int kSbfSums = 1 + kSbfColors;
 inline constexpr int SbfSum(int candidates, int y, int k, int s) {
     return ((y * candidates + k) * kSbfSums + s) * kPairWidth;
 }
-using SbfBankKernel = void (*)(const float* const* planes, std::ptrdiff_t stride,
-                               const BankTables& tables, int candidates, int height, float* scratch,
-                               float* out);
+using SbfBankKernel = void (*)(const float* planes, const BankTables& tables, int candidates,
+                               int height, float* scratch, float* out);
 
 // Sums of the data planes over window k, by weights that don't see the gradient:
 // out[(y * groups * kSbfGroup + s) * kPairWidth + x].
-using SbfSmoothKernel = void (*)(const float* const* planes, std::ptrdiff_t stride,
-                                 const BankTables& tables, int k, int groups, int height,
-                                 float* scratch, float* out);
+using SbfSmoothKernel = void (*)(const float* planes, const BankTables& tables, int k, int groups,
+                                 int height, float* scratch, float* out);
 
 struct SbfKernels {
     const char* name;

@@ -28,7 +28,7 @@ inline void AddFractions(Floats* numerator, Floats* denominator) {
 // the gradient of kinds: its term 0, 1 and 4 times.
 template <int kKindCount>
 struct SbfPair {
-    static constexpr int kKinds = kKindCount;
+    static constexpr int kKinds = kKindCount, kExponents = 0;
     struct Center {
         Floats feature[kSbfFeatures + 1], spread[kSbfFeatures + 1];
     };
@@ -65,12 +65,13 @@ struct SbfPair {
         }
     }
 
-    const float* const* planes;
+    PairPlanes planes;
 };
 
 template <int kKinds>
-void BankOf(const float* const* planes, std::ptrdiff_t stride, const BankTables& tables, int height,
-            float* scratch, float* out) {
+void BankOf(const float* first_plane, const BankTables& tables, int height, float* scratch,
+            float* out) {
+    const PairPlanes planes = {first_plane};
     constexpr int kTotal = kKinds * kCandidates;
     for (int y = 0; y < height; ++y) {
         for (int x = 0; x < kPairWidth; x += RELUME_LANES) {
@@ -78,82 +79,79 @@ void BankOf(const float* const* planes, std::ptrdiff_t stride, const BankTables&
                 Store(out + SbfSum(kTotal, y, k, 0) + x, Fill(1.0f));
                 for (int c = 0; c < kSbfColors; ++c) {
                     Store(out + SbfSum(kTotal, y, k, 1 + c) + x,
-                          Load(planes[kSbfData + c] + y * stride + x));
+                          Load(planes[kSbfData + c] + y * kPairStride + x));
                 }
             }
         }
     }
-    // The neighbours at one distance are summed once, for all the windows that reach so far.
-    const auto add = [&](const auto& ring, int y, int dy, int dx) {
-        const int reach = dx > dy ? dx : dy;
-        int first = kCandidates - 1;
-        while (first > 0 && tables.radius[first - 1] >= reach) {
-            --first;
-        }
+    const auto add = [&](const RowRings<kKinds>& rings, int y, int dy) {
         for (int kind = 0; kind < kKinds; ++kind) {
-            for (int x = 0; x < kPairWidth; x += RELUME_LANES) {
-                Floats sum[kSbfSums]{};
-                for (std::size_t n = 0; n < sizeof(ring.weight) / sizeof(ring.weight[0]); ++n) {
-                    const Floats w = Load(ring.weight[n] + kind * PairRow<kKinds>::kStride + x);
-                    const std::ptrdiff_t at = y * stride + x + ring.offset[n];
-                    sum[0] += w;
-                    for (int c = 0; c < kSbfColors; ++c) {
-                        sum[1 + c] += w * Load(planes[kSbfData + c] + at);
+            AddRings<kSbfSums>(
+                tables, rings, dy,
+                [&](const auto& ring, int x, Floats(&sum)[kSbfSums]) {
+                    for (std::size_t n = 0; n < sizeof(ring.weight) / sizeof(ring.weight[0]); ++n) {
+                        const Floats w = Load(ring.weight[n] + kind * PairRow<kKinds>::kStride + x);
+                        const std::ptrdiff_t at = y * kPairStride + x + ring.offset[n];
+                        sum[0] += w;
+                        for (int c = 0; c < kSbfColors; ++c) {
+                            sum[1 + c] += w * Load(planes[kSbfData + c] + at);
+                        }
                     }
-                }
-                for (int k = first; k < kCandidates; ++k) {
-                    const float spatial = tables.spatial[k][dy][dx];
-                    for (int s = 0; s < kSbfSums; ++s) {
-                        float* total = out + SbfSum(kTotal, y, kind * kCandidates + k, s) + x;
-                        Store(total, Load(total) + sum[s] * spatial);
-                    }
-                }
-            }
+                },
+                [&](int k, int s) { return out + SbfSum(kTotal, y, kind * kCandidates + k, s); });
         }
     };
-    ForEachRing(SbfPair<kKinds>{planes}, stride, tables.radius[kCandidates - 1],
-                tables.spatial[kCandidates - 1], height, scratch, add);
+    ForEachRow(SbfPair<kKinds>{planes}, tables.radius[kCandidates - 1],
+               tables.spatial[kCandidates - 1], height, scratch, add);
 }
 
-void SbfBank(const float* const* planes, std::ptrdiff_t stride, const BankTables& tables,
-             int candidates, int height, float* scratch, float* out) {
-    (candidates == kCandidates ? BankOf<1> : BankOf<kSbfGradientKinds>)(planes, stride, tables,
-                                                                        height, scratch, out);
+void SbfBank(const float* planes, const BankTables& tables, int candidates, int height,
+             float* scratch, float* out) {
+    (candidates == kCandidates ? BankOf<1> : BankOf<kSbfGradientKinds>)(planes, tables, height,
+                                                                        scratch, out);
 }
 
-void SbfSmooth(const float* const* planes, std::ptrdiff_t stride, const BankTables& tables, int k,
-               int groups, int height, float* scratch, float* out) {
+void SbfSmooth(const float* first_plane, const BankTables& tables, int k, int groups, int height,
+               float* scratch, float* out) {
+    const PairPlanes planes = {first_plane};
     const int count = groups * kSbfGroup;
     for (int y = 0; y < height; ++y) {
         for (int s = 0; s < count; ++s) {
             for (int x = 0; x < kPairWidth; x += RELUME_LANES) {
                 Store(out + (y * count + s) * kPairWidth + x,
-                      Load(planes[kSbfData + s] + y * stride + x));
+                      Load(planes[kSbfData + s] + y * kPairStride + x));
             }
         }
     }
-    const auto add = [&](const auto& ring, int y, int dy, int dx) {
-        const float spatial = tables.spatial[k][dy][dx];
+    const int radius = tables.radius[k];
+    const auto add = [&](const RowRings<1>& rings, int y, int dy) {
         for (int first = 0; first < count; first += kSbfGroup) {
-            const float* const* data = planes + kSbfData + first;
+            float* to = out + (y * count + first) * kPairWidth;
             for (int x = 0; x < kPairWidth; x += RELUME_LANES) {
-                Floats sum[kSbfGroup]{};
-                for (std::size_t n = 0; n < sizeof(ring.weight) / sizeof(ring.weight[0]); ++n) {
-                    const Floats w = Load(ring.weight[n] + x);
-                    const std::ptrdiff_t at = y * stride + x + ring.offset[n];
-                    for (int s = 0; s < kSbfGroup; ++s) {
-                        sum[s] += w * Load(data[s] + at);
-                    }
+                Floats sum[kSbfGroup];
+                for (int s = 0; s < kSbfGroup; ++s) {
+                    sum[s] = Load(to + s * kPairWidth + x);
+                }
+                for (int dx = dy == 0 ? 1 : 0; dx <= radius; ++dx) {
+                    const float spatial = tables.spatial[k][dy][dx];
+                    rings.At(dx, [&](const auto& ring) {
+                        for (std::size_t n = 0; n < sizeof(ring.weight) / sizeof(ring.weight[0]);
+                             ++n) {
+                            const Floats w = Load(ring.weight[n] + x) * spatial;
+                            const std::ptrdiff_t at = y * kPairStride + x + ring.offset[n];
+                            for (int s = 0; s < kSbfGroup; ++s) {
+                                sum[s] += w * Load(planes[kSbfData + first + s] + at);
+                            }
+                        }
+                    });
                 }
                 for (int s = 0; s < kSbfGroup; ++s) {
-                    float* total = out + (y * count + first + s) * kPairWidth + x;
-                    Store(total, Load(total) + sum[s] * spatial);
+                    Store(to + s * kPairWidth + x, sum[s]);
                 }
             }
         }
     };
-    ForEachRing(SbfPair<1>{planes}, stride, tables.radius[k], tables.spatial[k], height, scratch,
-                add);
+    ForEachRow(SbfPair<1>{planes}, radius, tables.spatial[k], height, scratch, add);
 }
 
 }  // namespace
