@@ -1,6 +1,7 @@
 #include "server/denoise/regression.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
@@ -58,11 +59,13 @@ void LoadTile(const Plane& from, int width, int height, const TileRect& tile, fl
 
 void CopyWeights(const float* from, std::ptrdiff_t stride, const TileRect& tile, int dx, int dy,
                  float* to) {
+    constexpr std::size_t kGroupBytes = kRegressionGroup * sizeof(float);
+    const int whole = tile.width() / kRegressionGroup * kRegressionGroup;
     for (int y = 0; y < tile.height(); ++y, from += stride) {
-        for (int x = 0; x < tile.width(); x += kRegressionGroup) {
-            std::copy_n(from + x, std::min(kRegressionGroup, tile.width() - x),
-                        to + WeightIndex(x, y, dx, dy));
+        for (int x = 0; x < whole; x += kRegressionGroup) {
+            std::memcpy(to + WeightIndex(x, y, dx, dy), from + x, kGroupBytes);
         }
+        std::copy(from + whole, from + tile.width(), to + WeightIndex(whole, y, dx, dy));
     }
 }
 

@@ -216,7 +216,7 @@ TEST_P(EveryPlanner, CountsSumToWhatIsAskedFor) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Filters, EveryPlanner,
-                         testing::Values("gem", "nlm", "rd", "sbf", "sbf-gradient"),
+                         testing::Values("gem", "nlm", "rd", "sbf", "sbf-gradient", "wlr"),
                          [](const auto& param) {
                              std::string name = param.param;
                              std::erase_if(name, [](char c) { return std::isalnum(c) == 0; });
