@@ -181,9 +181,11 @@ std::vector<Plane> SbfBank::Smooth(const std::vector<const Plane*>& planes, int 
         frame_, {from, to}, kSbfData + count, kPairTile, cancel,
         [&](const TileArea& tile, TilePlanes& scratch) {
             LoadGuides(tile, &scratch);
-            for (std::size_t p = 0; p < planes.size(); ++p) {
-                scratch.Load(kSbfData + static_cast<int>(p), *planes[p], frame_.width,
-                             end_ - begin_, tile.x0, tile.y0 - begin_, 0);
+            for (std::size_t p = 0; p < static_cast<std::size_t>(count); ++p) {
+                // The last group's places must hold something.
+                const Plane& plane = *planes[std::min(p, planes.size() - 1)];
+                scratch.Load(kSbfData + static_cast<int>(p), plane, frame_.width, end_ - begin_,
+                             tile.x0, tile.y0 - begin_, 0);
             }
             AlignedFloats weights(kPairScratch);
             AlignedFloats sums(static_cast<std::size_t>(count * kPairWidth * kPairHeight));
