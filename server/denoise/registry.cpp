@@ -18,6 +18,7 @@ std::unique_ptr<Denoiser> MakeSbf(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeSbfGradient(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeNlm(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeRd(const ParamSet& params);
+std::unique_ptr<Denoiser> MakeWlr(const ParamSet& params);
 
 namespace {
 
@@ -62,6 +63,9 @@ constexpr struct {
      "robust denoising: the least of the weights by colour and by each prefiltered feature, three\n"
      "             candidates chosen by SURE, and once more; Rousselle, Manzi, Zwicker "
      "2013\n"},
+    {"wlr", MakeWlr,
+     "local linear fits in the features' own space, their width by bias and variance; Moon, Carr,\n"
+     "             Yoon 2014\n"},
 };
 
 }  // namespace

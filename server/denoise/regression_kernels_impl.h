@@ -1,12 +1,12 @@
 // Body of the kernels, included by one source per instruction set with RELUME_LANES (floats a
 // vector) defined. As many pixels as a vector has lanes are fitted side by side.
-#include "server/denoise/lanes_impl.h"
 #include "server/denoise/regression_kernels.h"
+#include "server/denoise/weighted_products_impl.h"
 
 namespace relume::denoise {
 namespace {
 
-static_assert(kRegressionGroup % RELUME_LANES == 0);
+static_assert(kRegressionGroup % RELUME_LANES == 0 && kRegressionSide <= kMostRows);
 
 constexpr int kR = kRegressionRadius, kSide = kRegressionSide;
 
@@ -42,64 +42,6 @@ struct NormalEquations {
     Floats cross[kFeatures + 1][kColumns]{};  // of w column column, on and above the diagonal
 };
 
-// Neighbours of one window row.
-template <int kFeatures>
-struct WindowRow {
-    int count;
-    Floats weight[kSide];
-    Floats column[kSide][kFeatures + 3];  // relative to the centre
-};
-
-// Adds the products of up to 4 features and the columns from kColumn on: as many sums as fit the
-// registers.
-template <int kRow, int kColumn, int kFeatures>
-__attribute__((noinline)) void AddProducts(const WindowRow<kFeatures>& row,
-                                           NormalEquations<kFeatures>* sums) {
-    constexpr int kColumns = NormalEquations<kFeatures>::kColumns;
-    constexpr int kHeight = kRow + 4 < kFeatures ? 4 : kFeatures - kRow;
-    constexpr int kMost = kRow == kColumn ? 7 : 5;
-    constexpr int kWidth = kColumn + kMost < kColumns ? kMost : kColumns - kColumn;
-    Floats block[kHeight][kWidth];
-#pragma GCC unroll 4
-    for (int r = 0; r < kHeight; ++r) {
-#pragma GCC unroll 7
-        for (int c = 0; c < kWidth; ++c) {
-            block[r][c] = sums->cross[kRow + r][kColumn + c];
-        }
-    }
-    for (int k = 0; k < row.count; ++k) {
-        const Floats* column = row.column[k];
-        const Floats w = row.weight[k];
-        Floats weighted[kHeight];
-#pragma GCC unroll 4
-        for (int r = 0; r < kHeight; ++r) {
-            weighted[r] = column[kRow + r] * w;
-        }
-#pragma GCC unroll 7
-        for (int c = 0; c < kWidth; ++c) {
-            const Floats value = column[kColumn + c];
-#pragma GCC unroll 4
-            for (int r = 0; r < kHeight; ++r) {
-                if (kColumn + c >= kRow + r) {
-                    block[r][c] += weighted[r] * value;
-                }
-            }
-        }
-    }
-#pragma GCC unroll 4
-    for (int r = 0; r < kHeight; ++r) {
-#pragma GCC unroll 7
-        for (int c = 0; c < kWidth; ++c) {
-            sums->cross[kRow + r][kColumn + c] = block[r][c];
-        }
-    }
-    if constexpr (kColumn + kWidth < kColumns) {
-        AddProducts<kRow, kColumn + kWidth>(row, sums);
-    } else if constexpr (kRow + kHeight < kFeatures) {
-        AddProducts<kRow + kHeight, kRow + kHeight>(row, sums);
-    }
-}
-
 template <int kFeatures>
 __attribute__((noinline)) void AddWindow(const RegressionTile& tile,
                                          const Center<kFeatures>& center,
@@ -120,7 +62,11 @@ __attribute__((noinline)) void AddWindow(const RegressionTile& tile,
     }
     const std::ptrdiff_t stride = tile.stride;
     const float* weights = center.weights;
-    WindowRow<kFeatures> row;
+    WeightedRows row;
+    Floats column[kSide][kColumns];  // relative to the centre
+    for (int k = 0; k < kSide; ++k) {
+        row.row[k] = column[k];
+    }
     for (int& count : neighbours->count) {
         count = 0;
     }
@@ -141,7 +87,7 @@ __attribute__((noinline)) void AddWindow(const RegressionTile& tile,
             weight += w;
             by_x += wx;
             xx += wx * x;
-            Floats* to = row.column[row.count];
+            Floats* to = column[row.count];
             row.weight[row.count++] = w;
 #pragma GCC unroll 11
             for (int c = 0; c < kColumns; ++c) {
@@ -166,9 +112,7 @@ __attribute__((noinline)) void AddWindow(const RegressionTile& tile,
             sums->by_x[c] += column_by_x[c];
             sums->by_y[c] += one[c] * y;
         }
-        if constexpr (kFeatures > 0) {
-            AddProducts<0, 0>(row, sums);
-        }
+        AddProducts(row, kFeatures, kColumns, sums->cross[0]);
     }
 }
 
