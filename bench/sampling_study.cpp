@@ -11,14 +11,14 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
-#include "bench/sample_store.h"
 #include "bench/scene_source.h"
+#include "bench/study_scene.h"
+#include "bench/truth.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "server/denoise/denoiser.h"
@@ -36,13 +36,7 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kOracle = "oracle";
 
 struct Options {
-    std::string scene, environment, store, name;
-    float environment_scale = 1, time = -1, shutter = -1;
-    std::string size = "192x144";
-    std::vector<float> look_from, look_at{0, 0, 0};
-    float fov = 40;
-    int depth = 0, threads = 2, seeds = 4;
-    std::uint32_t stored = 512;
+    StudyScene scene;
     std::vector<int> spp{16, 32, 64};
     std::vector<double> targets;
     std::vector<std::string> samplers{"uniform", "adaptive"}, filters{"none"};
@@ -50,71 +44,6 @@ struct Options {
 
 double Since(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-// Per pixel and channel.
-struct Truth {
-    std::vector<Rgb> mean, floor;  // and the variance of that mean
-    std::vector<Rgb> variance;     // of one sample
-};
-
-Truth FindTruth(const std::vector<SampleStore>& stores, std::size_t without) {
-    const std::size_t pixels = stores[0].window().area();
-    Truth truth{std::vector<Rgb>(pixels), std::vector<Rgb>(pixels), std::vector<Rgb>(pixels)};
-    ParallelFor(0, pixels, 64, [&](std::size_t i0, std::size_t i1) {
-        for (std::size_t i = i0; i < i1; ++i) {
-            for (int c = 0; c < 3; ++c) {
-                Moments means, all;
-                for (std::size_t s = 0; s < stores.size(); ++s) {
-                    Moments one;
-                    for (std::uint32_t k = 0; k < stores[s].spp(); ++k) {
-                        one.Add(stores[s].Get(i, k).radiance[c]);
-                    }
-                    all.Merge(one);
-                    if (s != without) {
-                        means.Add(one.mean);
-                    }
-                }
-                truth.mean[i][c] = static_cast<float>(means.mean);
-                truth.floor[i][c] = static_cast<float>(means.MeanVariance());
-                truth.variance[i][c] = static_cast<float>(all.SampleVariance());
-            }
-        }
-    });
-    return truth;
-}
-
-struct Score {
-    double mrse = 0, trimmed = 0, relmse = 0, energy = 0;
-};
-
-template <class Value>
-Score Compare(const Truth& truth, Value value) {
-    std::vector<double> errors(truth.mean.size());
-    double sum = 0, reference = 0;
-    Score score;
-    for (std::size_t i = 0; i < errors.size(); ++i) {
-        for (int c = 0; c < 3; ++c) {
-            const double r = truth.mean[i][c], x = value(i, c),
-                         e = (x - r) * (x - r) - truth.floor[i][c];
-            errors[i] += e / (r * r + 0.001) / 3;
-            score.relmse += e / (r * r + 0.01) / 3;
-            sum += x;
-            reference += r;
-        }
-    }
-    const auto n = static_cast<double>(errors.size());
-    score.relmse /= n;
-    for (const double e : errors) {
-        score.mrse += e / n;
-    }
-    std::sort(errors.begin(), errors.end());
-    const std::size_t kept = errors.size() - errors.size() / 1000;
-    for (std::size_t i = 0; i < kept; ++i) {
-        score.trimmed += errors[i] / static_cast<double>(kept);
-    }
-    score.energy = reference > 0 ? sum / reference : 1;
-    return score;
 }
 
 void Put(const char* what, const Score& score, Json* line) {
@@ -201,7 +130,7 @@ void RunOne(const Options& options, const SampleStore& store, const Truth& truth
     for (const auto& pass : sampled.info.passes) {
         plan_seconds += pass.plan_seconds;
     }
-    Json line{{"scene", options.name},
+    Json line{{"scene", options.scene.name},
               {"seed", seed},
               {"spp", spp},
               {"sampler", sampler},
@@ -254,8 +183,9 @@ void RunTarget(const Options& options, const SampleStore& store, const Truth& tr
     setup.guide = GuideOf(*setup.planner, filter);
     setup.estimators.filtered = filter != "none";
     Json estimates = Json::array();
+    const auto estimate = server::MakeErrorEstimator(filter);
     setup.estimators.error = [&](const Film& film) {
-        const double error = server::EstimateImageError(film, filter);
+        const double error = estimate(film);
         const denoise::Result result = denoise::RunDenoiser(
             *denoise::MakeDenoiser(filter), denoise::FrameFromFilm(film), CancelToken());
         const Score score =
@@ -268,7 +198,7 @@ void RunTarget(const Options& options, const SampleStore& store, const Truth& tr
     const denoise::Result result = denoise::RunDenoiser(
         *denoise::MakeDenoiser(filter), denoise::FrameFromFilm(*sampled.film), CancelToken());
     const Score score = Compare(truth, [&](std::size_t i, int c) { return result.color[c][i]; });
-    fmt::print("{}\n", Json{{"scene", options.name},
+    fmt::print("{}\n", Json{{"scene", options.scene.name},
                             {"seed", seed},
                             {"target", target},
                             {"sampler", sampler},
@@ -282,52 +212,14 @@ void RunTarget(const Options& options, const SampleStore& store, const Truth& tr
 }
 
 void Run(const Options& options) {
-    SetThreadCount(options.threads);
-    RenderSettings settings =
-        ViewSettings(options.size, options.look_from, options.look_at, options.fov);
-    settings.environment_scale = options.environment_scale;
-    // What is stored is asked for first: the scene is loaded only if something lacks.
-    std::shared_ptr<const render::BuiltScene> built;
-    int depth = options.depth;
-    std::vector<SampleStore> stores(static_cast<std::size_t>(options.seeds));
-    for (int seed = 0; seed < options.seeds; ++seed) {
-        const auto file =
-            std::filesystem::path(options.store) /
-            fmt::format("{}-{}-{}-{}.samples", options.name, options.size, options.stored, seed);
-        SampleStore& store = stores[static_cast<std::size_t>(seed)];
-        if (store.Load(file, settings.Window(), options.stored)) {
-            continue;
-        }
-        if (!built) {
-            const SceneAndEnvironment files(options.scene, options.environment);
-            LoadOptions load;
-            load.environment = files.environment_name();
-            load.environment_scale = options.environment_scale;
-            load.time = options.time;
-            load.shutter = options.shutter;
-            Scene scene =
-                LoadScene(files, std::filesystem::path(options.scene).filename().string(), load);
-            depth = depth > 0 ? depth : scene.hints.max_depth > 0 ? scene.hints.max_depth : 8;
-            built = std::make_shared<render::BuiltScene>(std::move(scene));
-        }
-        settings.max_depth = depth;
-        settings.seed = static_cast<std::uint32_t>(seed);
-        store = SampleStore::Render(render::Renderer(built, settings), settings.Window(),
-                                    options.stored, options.threads);
-        std::filesystem::create_directories(options.store);
-        store.Save(file);
-    }
-    for (int seed = 0; seed < options.seeds; ++seed) {
-        const Truth truth = FindTruth(stores, static_cast<std::size_t>(seed));
+    SetThreadCount(options.scene.threads);
+    const std::vector<SampleStore> stores = LoadSamples(options.scene);
+    const std::vector<Truth> truths = FindTruths(stores, stores.size());
+    for (int seed = 0; seed < options.scene.seeds; ++seed) {
+        const Truth& truth = truths[static_cast<std::size_t>(seed)];
         if (seed == 0) {
-            double floor = 0;
-            for (std::size_t i = 0; i < truth.mean.size(); ++i) {
-                for (int c = 0; c < 3; ++c) {
-                    floor += truth.floor[i][c] / (truth.mean[i][c] * truth.mean[i][c] + 0.001) /
-                             (3.0 * static_cast<double>(truth.mean.size()));
-                }
-            }
-            fmt::print("{}\n", Json{{"scene", options.name}, {"floor", floor}}.dump());
+            fmt::print("{}\n",
+                       Json{{"scene", options.scene.name}, {"floor", truth.error.mrse}}.dump());
         }
         for (const double target : options.targets) {
             for (const auto& filter : options.filters) {
@@ -354,21 +246,7 @@ void Run(const Options& options) {
 int Main(int argc, char** argv) {
     Options options;
     CLI::App app("Samplers compared at equal numbers of samples.");
-    app.add_option("SCENE", options.scene)->required();
-    app.add_option("--name", options.name)->required();
-    app.add_option("--store", options.store, "folder of the samples")->required();
-    app.add_option("--environment", options.environment);
-    app.add_option("--environment-scale", options.environment_scale);
-    app.add_option("--time", options.time);
-    app.add_option("--shutter", options.shutter);
-    app.add_option("--size", options.size);
-    app.add_option("--look-from", options.look_from)->delimiter(',');
-    app.add_option("--look-at", options.look_at)->delimiter(',');
-    app.add_option("--fov", options.fov);
-    app.add_option("--max-depth", options.depth);
-    app.add_option("--threads", options.threads);
-    app.add_option("--seeds", options.seeds, "at least 3");
-    app.add_option("--stored", options.stored, "samples a pixel that are rendered");
+    AddSceneOptions(&app, &options.scene);
     app.add_option("--spp", options.spp)->delimiter(',');
     app.add_option("--target", options.targets, "instead of --spp")->delimiter(',');
     app.add_option("--sampler", options.samplers);

@@ -13,13 +13,14 @@
 #include "core/image/exr.h"
 #include "server/denoise/channel_names.h"
 #include "server/denoise/denoiser.h"
+#include "server/denoise/filter_frame.h"
 #include "server/denoise/frame.h"
 #include "server/denoise/output_image.h"
 
 namespace {
 
 struct Options {
-    std::string input, output, filter = "bilateral", layer;
+    std::string input, output, filter = "auto", layer;
     float spp = 0;
     int threads = 0;
     bool all_layers = false, describe = false;
@@ -31,7 +32,7 @@ constexpr int kExitUsage = 2, kExitInput = 3, kExitOutput = 6;
 // Says on stderr what was missing in the file. `exit_code` is what a failure from here on means.
 void Denoise(const Options& options, int* exit_code) {
     *exit_code = kExitUsage;
-    const auto denoiser = relume::denoise::MakeDenoiser(options.filter);
+    (void)relume::denoise::MakeDenoiser(options.filter);  // says what is wrong with it
     *exit_code = kExitInput;
     relume::Image image = relume::ReadExr(options.input);
     std::vector<std::string> notes;
@@ -47,19 +48,24 @@ void Denoise(const Options& options, int* exit_code) {
         for (const std::string& note : notes) {
             fmt::print(stderr, "{}: {}\n", options.input, note);
         }
-        const auto result = relume::denoise::RunDenoiser(*denoiser, frame, {});
-        const auto error =
-            relume::denoise::EstimateFiltered(*denoiser, frame, result, relume::CancelToken{});
-        relume::Image out = relume::denoise::AssembleLayers(
-            frame, result, error ? &*error : nullptr, options.all_layers);
+        const auto made = relume::denoise::FilterFrame(options.filter, frame, {});
+        if (made.choice) {
+            fmt::print(stderr, "{}: filter {}: {}{}\n", options.input, made.filter,
+                       made.choice->reason,
+                       made.choice->dropped.empty()
+                           ? ""
+                           : fmt::format("; of no use: {}", made.choice->dropped));
+        }
+        const auto* error = made.error ? &*made.error : nullptr;
+        relume::Image out =
+            relume::denoise::AssembleLayers(frame, made.result, error, options.all_layers);
         out.SetWindow(image.x0(), image.y0(), image.display_width(), image.display_height());
         if (image.Has("A")) {
             std::ranges::copy(image.Plane("A"), out.Plane("A").begin());
         }
         out.metadata() = image.metadata();
-        out.metadata()["relume.filter"] = denoiser->Describe();
-        relume::denoise::WriteClaim("relume.filtered_relmse", error ? &*error : nullptr,
-                                    &out.metadata());
+        out.metadata()["relume.filter"] = made.filter;
+        relume::denoise::WriteClaim("relume.filtered_relmse", error, &out.metadata());
         *exit_code = kExitOutput;
         relume::WriteExr(options.output, out);
     } catch (const relume::Error& error) {

@@ -14,7 +14,7 @@ namespace relume::client {
 namespace {
 
 struct DenoiseOptions {
-    std::string input, output, filter = "bilateral:mode=robust", layer, layers = "basic";
+    std::string input, output, filter = "auto", layer, layers = "basic";
     double spp = 0;
     int threads = 0;
 };

@@ -38,7 +38,7 @@ struct JobOptions {
     TileRect crop;             // empty: the full frame
     BudgetOptions budgets;
     std::string sampler = "adaptive";  // the defaults that jobs.proto tells
-    std::string filter = "bilateral:mode=robust";
+    std::string filter = "auto";
     std::uint32_t seed = 0;
     std::optional<int> max_depth;  // unset: the scene's, else 8
     std::string camera;

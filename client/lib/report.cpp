@@ -133,7 +133,17 @@ Json FilterJson(const v1::FilterSummary& filter) {
               {"mse", nullptr},
               {"error", nullptr},
               {"unfiltered_error", ErrorJson(filter.noisy())},
+              {"candidates", Json::array()},
+              {"reason", filter.reason()},
+              {"dropped", filter.dropped()},
               {"notes", Json::object()}};
+    for (const auto& candidate : filter.candidates()) {
+        json["candidates"].push_back({{"filter", candidate.filter()},
+                                      {"relmse", candidate.relmse()},
+                                      {"above_best", candidate.above_best()},
+                                      {"uncertainty", candidate.uncertainty()},
+                                      {"seconds", candidate.seconds()}});
+    }
     if (filter.has_mse()) {
         json["mse"] = filter.mse();
     }

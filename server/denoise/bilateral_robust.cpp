@@ -58,7 +58,7 @@ void ChooseRows(const Frame& frame, const RobustBank& bank, int from, int to, Ch
     }
 }
 
-Chosen Choose(const Frame& frame, const BilateralKernels& kernels, const CancelToken& cancel) {
+Chosen ChooseWindows(const Frame& frame, const BilateralKernels& kernels, const CancelToken& cancel) {
     RobustBank bank(frame, kernels, cancel);
     Chosen chosen;
     chosen.features = bank.features();
@@ -104,7 +104,7 @@ class RobustBilateral final : public Denoiser {
     std::string Describe() const override { return "bilateral:mode=robust"; }
 
     Result Reconstruct(const Frame& frame, const CancelToken& cancel) const override {
-        Chosen chosen = Choose(frame, kernels_, cancel);
+        Chosen chosen = ChooseWindows(frame, kernels_, cancel);
         ThrowIfCancelled(cancel);
         const Plane share = FilteredShare(frame, chosen);
         const std::size_t pixels = frame.pixel_count();

@@ -20,6 +20,11 @@ struct Needs {
     int min_spp = 1;
 };
 
+// Both halves of a frame, each filtered without sight of the other.
+struct FilteredHalves {
+    std::array<std::array<Plane, 3>, 2> color;
+};
+
 struct Result {
     Plane color[3];
     std::optional<Plane>
@@ -27,7 +32,25 @@ struct Result {
     // Derivative of a filtered pixel by its own noisy value, a channel: what SURE needs
     // (error_estimate.h). Unset: not known.
     std::optional<std::array<Plane, 3>> derivative;
+    // Of a method that needs halves: what it made of each, the other one held out.
+    std::optional<FilteredHalves> halves;
     std::map<std::string, std::string> notes;  // what was chosen, for the report
+};
+
+class Denoiser;
+
+// What a method that chooses among others has taken for a frame, and why.
+struct Choice {
+    std::shared_ptr<const Denoiser> denoiser;
+    struct Candidate {
+        std::string filter;
+        double relmse;                   // estimated on a part of the frame, without outliers
+        double above_best, uncertainty;  // of that: over the best one's, and its standard error
+        double seconds;                  // expected for the frame
+    };
+    std::vector<Candidate> candidates;  // cheapest first
+    std::string reason;                 // for people
+    std::string dropped;                // features that were of no use, for people
 };
 
 // One filtering method with its parameters. Reconstruct is a pure function of the frame: the same
@@ -38,6 +61,10 @@ class Denoiser {
     // Name with all parameters, "bilateral:mode=corrected".
     virtual std::string Describe() const = 0;
     virtual Needs GetNeeds() const { return {}; }
+    // Of a method that chooses among others: what it takes. Reconstruct does the same, then that.
+    virtual std::optional<Choice> Choose(const Frame&, const CancelToken&) const {
+        return std::nullopt;
+    }
     virtual Result Reconstruct(const Frame& frame, const CancelToken& cancel) const = 0;
     // Where the method's own planner would put `samples` more, given those in the frame: expected
     // counts a pixel, row-major, `samples` in all. Empty: it has none. A pure function of the

@@ -7,6 +7,8 @@
 #include <cmath>
 
 #include "core/image/metrics.h"
+#include "server/denoise/crop_frame.h"
+#include "server/denoise/frame_parts.h"
 #include "server/denoise/halves.h"
 #include "server/denoise/yardstick.h"
 
@@ -16,39 +18,12 @@ namespace {
 using Rgb = std::array<Plane, 3>;
 
 // Standard deviation of what all pixels share, over the estimate: measured by bench/sampling.
-constexpr double kNoisyBias = 0.13, kFilteredBias = 0.15;
+constexpr double kNoisyBias = 0.13, kFilteredBias = 0.12;
+
 // Errors relative to the filtered image's own brightness, not to the truth's, come out too small:
 // large ones are mostly of pixels that are too bright. Measured by bench/sampling.
-constexpr float kBrighterWhereWrong = 1.12f;
-
-// Variance of the mean a pixel and channel. That of the halves, where they are there: for one
-// sample that is far out it is what that adds to the squared error, so that the two cancel.
-Rgb NoiseOf(const Frame& frame) {
-    Rgb noise{frame.variance[0], frame.variance[1], frame.variance[2]};
-    for (std::size_t c = 0; c < 3 && frame.has_halves(); ++c) {
-        for (std::size_t i = 0; i < noise[c].size(); ++i) {
-            const float n = frame.count.empty() ? 2 : frame.count[i];
-            const float delta = frame.half[0][c][i] - frame.half[1][c][i];
-            noise[c][i] =
-                n > 1 ? delta * delta * HalfCount(n, 1) * HalfCount(n, 0) / (n * n) : noise[c][i];
-        }
-    }
-    return noise;
-}
-
-// Squared brightness of the filtered image. The halves' errors are independent, so that their
-// product, unlike a square, is on average what it would be without any.
-Rgb FilteredYardstick(const FilteredHalves& halves) {
-    Rgb squares;
-    for (std::size_t c = 0; c < 3; ++c) {
-        const Plane &a = halves.color[0][c], &b = halves.color[1][c];
-        squares[c].resize(a.size());
-        for (std::size_t i = 0; i < a.size(); ++i) {
-            squares[c][i] = std::max(0.0f, a[i] * b[i]);
-        }
-    }
-    return squares;
-}
+constexpr int kShare = 4;  // of a large frame one part in so many is filtered once more
+constexpr float kBrighterWhereWrong = 1.06f;
 
 // `squared`: estimated squared errors a pixel and channel; `yardstick`: what they are relative to.
 ErrorEstimate Summarise(const Frame& frame, const Rgb& squared, const Rgb& yardstick,
@@ -80,10 +55,108 @@ ErrorEstimate Summarise(const Frame& frame, const Rgb& squared, const Rgb& yards
     return estimate;
 }
 
+ErrorEstimate JudgeHalves(const Frame& frame, const FilteredHalves& halves) {
+    const Rgb noise = VarianceByHalves(frame), yardstick = FilteredYardstick(halves);
+    Rgb squared = HalvesError(frame, halves, noise);
+    for (Plane& plane : squared) {
+        for (float& error : plane) {
+            error *= kBrighterWhereWrong;
+        }
+    }
+    ErrorEstimate estimate = Summarise(frame, squared, yardstick, kFilteredBias);
+    for (std::size_t c = 0; c < 3; ++c) {
+        for (std::size_t i = 0; i < frame.pixel_count(); ++i) {
+            estimate.unfiltered += noise[c][i] / (3 * (yardstick[c][i] + kRelMSEEpsilon)) /
+                                   static_cast<double>(frame.pixel_count());
+        }
+    }
+    return estimate;
+}
+
+// By the halves of a part of a large frame: without a map.
+ErrorEstimate JudgeParts(const Denoiser& denoiser, const std::vector<FramePart>& parts,
+                         const CancelToken& cancel) {
+    ErrorEstimate estimate;
+    double sum = 0, squares = 0, within = 0;
+    for (const FramePart& part : parts) {
+        const ErrorEstimate whole =
+            JudgeHalves(part.frame, FilterHalves(denoiser, part.frame, cancel));
+        const Plane inner = CropPlane(whole.map, part.frame.width, part.inner);
+        double mean = 0;
+        for (const float e : inner) {
+            mean += e / static_cast<double>(inner.size());
+        }
+        sum += mean;
+        squares += mean * mean;
+        estimate.unfiltered += whole.unfiltered / static_cast<double>(parts.size());
+        within += 1;
+    }
+    const double mean = sum / within;
+    estimate.relmse = std::max(0.0, mean);
+    const double among = std::max(0.0, squares / within - mean * mean) / (within - 1);
+    const double bias = kFilteredBias * estimate.relmse;
+    const double margin = 1.96 * std::sqrt(among + bias * bias);
+    estimate.low = std::max(0.0, estimate.relmse - margin);
+    estimate.high = estimate.relmse + margin;
+    return estimate;
+}
+
+// Where the error lies, by what the filter says itself, of an estimate that has no map.
+void AddMap(const Frame& frame, const Result& result, ErrorEstimate* estimate) {
+    estimate->map.assign(frame.pixel_count(), static_cast<float>(estimate->relmse));
+    if (!result.error) {
+        return;
+    }
+    double sum = 0;
+    for (std::size_t i = 0; i < frame.pixel_count(); ++i) {
+        float square = 0;
+        for (const Plane& plane : result.color) {
+            square += plane[i] * plane[i] * (1.0f / 3.0f);
+        }
+        estimate->map[i] =
+            std::max(0.0f, (*result.error)[i]) / (square + static_cast<float>(kRelMSEEpsilon));
+        sum += estimate->map[i];
+    }
+    const double scale =
+        sum > 0 ? estimate->relmse * static_cast<double>(frame.pixel_count()) / sum : 0;
+    for (float& e : estimate->map) {
+        e = static_cast<float>(e * scale);
+    }
+}
+
 }  // namespace
 
+// That of the halves, where they are there: for one sample that is far out it is what that adds to
+// the squared error, so that the two cancel.
+std::array<Plane, 3> VarianceByHalves(const Frame& frame) {
+    Rgb noise{frame.variance[0], frame.variance[1], frame.variance[2]};
+    for (std::size_t c = 0; c < 3 && frame.has_halves(); ++c) {
+        for (std::size_t i = 0; i < noise[c].size(); ++i) {
+            const float n = frame.count.empty() ? 2 : frame.count[i];
+            const float delta = frame.half[0][c][i] - frame.half[1][c][i];
+            noise[c][i] =
+                n > 1 ? delta * delta * HalfCount(n, 1) * HalfCount(n, 0) / (n * n) : noise[c][i];
+        }
+    }
+    return noise;
+}
+
+// The halves' errors are independent, so that their product, unlike a square, is on average what it
+// would be without any.
+std::array<Plane, 3> FilteredYardstick(const FilteredHalves& halves) {
+    Rgb squares;
+    for (std::size_t c = 0; c < 3; ++c) {
+        const Plane &a = halves.color[0][c], &b = halves.color[1][c];
+        squares[c].resize(a.size());
+        for (std::size_t i = 0; i < a.size(); ++i) {
+            squares[c][i] = std::max(0.0f, a[i] * b[i]);
+        }
+    }
+    return squares;
+}
+
 ErrorEstimate EstimateNoisy(const Frame& frame) {
-    return Summarise(frame, NoiseOf(frame), SquaredYardstick(frame), kNoisyBias);
+    return Summarise(frame, VarianceByHalves(frame), SquaredYardstick(frame), kNoisyBias);
 }
 
 std::optional<ErrorEstimate> EstimateByHalves(const Denoiser& denoiser, const Frame& frame,
@@ -91,25 +164,26 @@ std::optional<ErrorEstimate> EstimateByHalves(const Denoiser& denoiser, const Fr
     if (!frame.has_halves() || denoiser.GetNeeds().halves) {
         return std::nullopt;
     }
-    const FilteredHalves halves = FilterHalves(denoiser, frame, cancel);
-    Rgb squared = HalvesError(frame, halves, NoiseOf(frame));
-    for (Plane& plane : squared) {
-        for (float& error : plane) {
-            error *= kBrighterWhereWrong;
-        }
-    }
-    return Summarise(frame, squared, FilteredYardstick(halves), kFilteredBias);
+    const std::vector<FramePart> parts = CutParts(frame, kShare);
+    return parts.size() > 1 ? JudgeParts(denoiser, parts, cancel)
+                            : JudgeHalves(frame, FilterHalves(denoiser, frame, cancel));
 }
 
 std::optional<ErrorEstimate> EstimateFiltered(const Denoiser& denoiser, const Frame& frame,
                                               const Result& result, const CancelToken& cancel) {
+    if (result.halves) {
+        return JudgeHalves(frame, *result.halves);
+    }
     if (auto estimate = EstimateByHalves(denoiser, frame, cancel)) {
+        if (estimate->map.empty()) {
+            AddMap(frame, result, &*estimate);
+        }
         return estimate;
     }
     if (!result.derivative) {
         return std::nullopt;
     }
-    Rgb squared = NoiseOf(frame);
+    Rgb squared = VarianceByHalves(frame);
     for (std::size_t c = 0; c < 3; ++c) {
         for (std::size_t i = 0; i < squared[c].size(); ++i) {
             const float residual = result.color[c][i] - frame.color[c][i];

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <map>
 #include <optional>
 #include <string>
@@ -14,13 +15,22 @@ namespace relume::denoise {
 struct ErrorEstimate {
     double relmse = 0;
     double low = 0, high = 0;  // its 95 % interval
+    double unfiltered = 0;     // the unfiltered image's, relative to the same brightness
     Plane map;                 // a pixel; unsmoothed: mostly noise, and may be negative
 };
+
+// Variance of the mean a pixel and channel, from the difference of the halves, if there are any:
+// one degree of freedom, mostly noise in one pixel.
+std::array<Plane, 3> VarianceByHalves(const Frame& frame);
+
+// Squared brightness of the filtered image a pixel and channel: what its errors are relative to.
+std::array<Plane, 3> FilteredYardstick(const FilteredHalves& halves);
 
 // Of the unfiltered image, from its variance.
 ErrorEstimate EstimateNoisy(const Frame& frame);
 
 // Of the filtered one, without filtering the whole: by its halves, each filtered apart (halves.h).
+// Of a large frame a part is filtered so (frame_parts.h), and there is no map.
 // Nothing if the frame has none, or the method can't do with one.
 std::optional<ErrorEstimate> EstimateByHalves(const Denoiser& denoiser, const Frame& frame,
                                               const CancelToken& cancel);

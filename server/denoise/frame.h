@@ -17,9 +17,10 @@ struct Frame {
     int width = 0, height = 0;
     Plane color[3];     // mean radiance of all samples
     Plane variance[3];  // variance of that mean (regularised where halves are there: methods 1.2)
-    Plane sample_variance[3];               // of the mean, from the samples' own variance alone
-    Plane half[2][3];                       // means of the halves; empty if the source has none
-    Plane count;                            // finite samples; empty if not known
+    Plane sample_variance[3];  // of the mean, from the samples' own variance alone
+    Plane half[2][3];          // means of the halves; empty if the source has none
+    Plane count;               // finite samples; empty if not known
+    Plane brightest;  // luminance of the brightest sample, without directly seen emission; or empty
     Plane feature[kFeatureCount];           // means; empty if the source lacks the feature
     Plane feature_variance[kFeatureCount];  // of one sample; empty or as feature
     Plane feature_half[2][kFeatureCount];   // means of the halves; empty or as feature

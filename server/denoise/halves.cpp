@@ -11,12 +11,22 @@ constexpr float kFalls = 0.57f;
 
 }  // namespace
 
+Plane HalfVariance(const Frame& frame, std::size_t c, int half) {
+    Plane variance = frame.variance[c];
+    for (std::size_t i = 0; i < variance.size(); ++i) {
+        const float n = frame.count.empty() ? 2 : std::max(frame.count[i], 1.0f);
+        variance[i] *= n / std::max(1.0f, HalfCount(n, half));
+    }
+    return variance;
+}
+
 Frame HalfFrame(const Frame& frame, int half) {
     const auto h = static_cast<std::size_t>(half);
     Frame out;
     out.width = frame.width;
     out.height = frame.height;
     out.flagged = frame.flagged;
+    out.brightest = frame.brightest;
     const std::size_t pixels = frame.pixel_count();
     out.count.resize(pixels);
     Plane scale(pixels);

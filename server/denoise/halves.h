@@ -15,6 +15,9 @@ inline float HalfCount(float n, int half) {
     return half == 0 ? n - odd : odd;
 }
 
+// Variance of a half's mean, channel c: the whole frame's times n / n_half.
+Plane HalfVariance(const Frame& frame, std::size_t c, int half);
+
 // One half of a frame as a frame of its own, without halves: its means, features and counts; the
 // variances are the whole frame's times n / n_half. `half`: 0 or 1. The frame must have halves.
 Frame HalfFrame(const Frame& frame, int half);
@@ -24,9 +27,6 @@ Frame HalfFrame(const Frame& frame, int half);
 Frame ShrinkFrame(const Frame& frame);
 
 // Both halves of a frame, each filtered without sight of the other.
-struct FilteredHalves {
-    std::array<std::array<Plane, 3>, 2> color;
-};
 FilteredHalves FilterHalves(const Denoiser& denoiser, const Frame& frame,
                             const CancelToken& cancel);
 

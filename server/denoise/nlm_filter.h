@@ -17,10 +17,12 @@ void ForEachNlmTile(const NlmGuide& guide, const NlmOptions& options, int radius
 
 // *out[k] = weighted mean of *in[k] over the (2 radius + 1)^2 window, clipped at the border; the
 // pixel itself has weight 1. All inputs get the same weights. They may be the guide's planes or
-// others of its size; outputs are made, and are no inputs. Throws kCancelled soon after `cancel` is
-// set.
+// others of its size; outputs are made, and are no inputs. `variance_share`, if not null, becomes
+// sum of w^2 / (sum of w)^2: how much of the variance of one pixel is left where all have the same.
+// Throws kCancelled soon after `cancel` is set.
 void FilterNlm(const NlmGuide& guide, const NlmOptions& options, int radius,
                std::span<const Plane* const> in, std::span<Plane* const> out,
-               const CancelToken& cancel, const NlmKernels& kernels = BestNlmKernels());
+               const CancelToken& cancel, const NlmKernels& kernels = BestNlmKernels(),
+               Plane* variance_share = nullptr);
 
 }  // namespace relume::denoise

@@ -18,6 +18,21 @@ struct NlmPair {
     std::ptrdiff_t stride;  // of the guide's rows
     std::ptrdiff_t shift;   // from a pixel to its neighbour
     float alpha, k_squared, epsilon, largest;
+    bool own_variance;  // NlmOptions
+};
+
+// Patch distances of a tile's pixels in all three directions, and one over the number of patch
+// pixels in each: across[x] x down[y].
+enum NlmDirection { kForward, kBackward, kBetween, kNlmDirections };
+struct NlmNudge {
+    float factor;
+    bool near;            // the neighbours lie within the patch
+    const float* inside;  // 1 in the image, 0 outside; as the guide's planes
+    const float* across[kNlmDirections];
+    const float* down[kNlmDirections];
+    const float* distance[kNlmDirections];  // kBetween may be null
+    float* nudged[kNlmDirections];
+    std::ptrdiff_t stride;  // of distances
 };
 
 struct NlmKernels {
@@ -28,6 +43,8 @@ struct NlmKernels {
                  std::ptrdiff_t stride);
     // The same of q to the mean of q + shift and q - shift.
     void (*between)(const NlmPair& pair, int width, int height, float* out, std::ptrdiff_t stride);
+    // What the distances become if the pixel's own values are `factor` times what they are.
+    void (*nudge)(const NlmPair& pair, const NlmNudge& nudge, int width, int height);
     // out = (sum over the (2 radius + 1)^2 window of `in`) x across[x] x down[y], or the larger of
     // that and `out`. `in` points at the pixel of out[0]; `row` has width + 2 radius + kNlmLanes
     // floats.

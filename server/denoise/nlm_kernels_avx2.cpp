@@ -3,7 +3,7 @@
 
 namespace relume::denoise {
 
-const NlmKernels kNlmAvx2Kernels = {"avx2",  Pair,      Between, Box,
+const NlmKernels kNlmAvx2Kernels = {"avx2",  Pair,      Between, Nudge,     Box,
                                     Weights, Symmetric, Cut,     Accumulate};
 
 }  // namespace relume::denoise

@@ -3,7 +3,7 @@
 
 namespace relume::denoise {
 
-const NlmKernels kNlmAvx512Kernels = {"avx512", Pair,      Between, Box,
+const NlmKernels kNlmAvx512Kernels = {"avx512", Pair,      Between, Nudge,     Box,
                                       Weights,  Symmetric, Cut,     Accumulate};
 
 }  // namespace relume::denoise

@@ -3,7 +3,7 @@
 
 namespace relume::denoise {
 
-const NlmKernels kNlmBaselineKernels = {"baseline", Pair,      Between, Box,
+const NlmKernels kNlmBaselineKernels = {"baseline", Pair,      Between, Nudge,     Box,
                                         Weights,    Symmetric, Cut,     Accumulate};
 
 }  // namespace relume::denoise

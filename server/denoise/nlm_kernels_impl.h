@@ -10,10 +10,15 @@ static_assert(kNlmLanes % RELUME_LANES == 0);
 
 constexpr float kLargestExponent = 40;
 
-// One over what a squared difference is in units of. A value or variance near the end of the
-// floats' range may make a distance that is no number: Min takes it to `largest`.
-inline Floats InverseSpread(Floats va, Floats vb, const NlmPair& pair) {
+// The distance of a pair from its squared difference and the centre's and the neighbour's variance.
+// A value or variance near the end of the floats' range may make one that is no number: Min takes
+// it to `largest`.
+inline Floats Spread(Floats va, Floats vb, const NlmPair& pair) {
     return 1.0f / ((va + vb) * pair.k_squared + pair.epsilon);
+}
+
+inline Floats Noise(Floats va, Floats vb, const NlmPair& pair) {
+    return (va + Min(va, vb)) * pair.alpha;
 }
 
 void Pair(const NlmPair& pair, int width, int height, float* forward, float* backward,
@@ -28,10 +33,16 @@ void Pair(const NlmPair& pair, int width, int height, float* forward, float* bac
                 const Floats d = Load(pair.value[c] + at) - Load(pair.value[c] + at + pair.shift);
                 const Floats va = Load(pair.variance[c] + at);
                 const Floats vb = Load(pair.variance[c] + at + pair.shift);
-                const Floats square = d * d, least = Min(va, vb);
-                const Floats inverse = InverseSpread(va, vb, pair);
-                to += Min((square - (va + least) * pair.alpha) * inverse, largest);
-                from += Min((square - (vb + least) * pair.alpha) * inverse, largest);
+                const Floats square = d * d;
+                Floats ahead, back;
+                if (pair.own_variance) {
+                    ahead = Spread(va, va, pair);
+                    back = Spread(vb, vb, pair);
+                } else {
+                    ahead = back = Spread(va, vb, pair);
+                }
+                to += Min((square - Noise(va, vb, pair)) * ahead, largest);
+                from += Min((square - Noise(vb, va, pair)) * back, largest);
             }
             Store(forward + y * stride + x, to * scale);
             Store(backward + y * stride + x, from * scale);
@@ -39,25 +50,113 @@ void Pair(const NlmPair& pair, int width, int height, float* forward, float* bac
     }
 }
 
+// A pixel and the mean of its neighbours, in one channel.
+struct Between3 {
+    Floats own, next, previous, own_variance, mean_variance, inverse;
+};
+
+inline Between3 LoadBetween(const NlmPair& pair, int c, std::ptrdiff_t at) {
+    const std::ptrdiff_t next = at + pair.shift, previous = at - pair.shift;
+    Between3 b;
+    b.own = Load(pair.value[c] + at);
+    b.next = Load(pair.value[c] + next);
+    b.previous = Load(pair.value[c] + previous);
+    b.own_variance = Load(pair.variance[c] + at);
+    b.mean_variance = (Load(pair.variance[c] + next) + Load(pair.variance[c] + previous)) * 0.25f;
+    b.inverse = Spread(b.own_variance, pair.own_variance ? b.own_variance : b.mean_variance, pair);
+    return b;
+}
+
+inline Floats DistanceBetween(const NlmPair& pair, const Between3& b) {
+    const Floats d = b.own - (b.next + b.previous) * 0.5f;
+    return Min((d * d - Noise(b.own_variance, b.mean_variance, pair)) * b.inverse,
+               Fill(pair.largest));
+}
+
 void Between(const NlmPair& pair, int width, int height, float* out, std::ptrdiff_t stride) {
-    const Floats largest = Fill(pair.largest);
     const float scale = 1.0f / static_cast<float>(pair.channels);
     for (int y = 0; y < height; ++y) {
         for (int x = 0; x < width; x += RELUME_LANES) {
-            const std::ptrdiff_t at = y * pair.stride + x;
-            const std::ptrdiff_t next = at + pair.shift, previous = at - pair.shift;
             Floats sum{};
             for (int c = 0; c < pair.channels; ++c) {
-                const Floats mean =
-                    (Load(pair.value[c] + next) + Load(pair.value[c] + previous)) * 0.5f;
-                const Floats d = Load(pair.value[c] + at) - mean;
-                const Floats va = Load(pair.variance[c] + at);
-                const Floats vb =
-                    (Load(pair.variance[c] + next) + Load(pair.variance[c] + previous)) * 0.25f;
-                sum += Min((d * d - (va + Min(va, vb)) * pair.alpha) * InverseSpread(va, vb, pair),
-                           largest);
+                sum += DistanceBetween(pair, LoadBetween(pair, c, y * pair.stride + x));
             }
             Store(out + y * stride + x, sum * scale);
+        }
+    }
+}
+
+// By how much the distances of a pixel and its neighbour at `shift` change, summed over the
+// channels: `centre` as the pixel sees it, `neighbour` as the other does.
+struct Change {
+    Floats centre{}, neighbour{};
+};
+
+inline Change NudgePair(const NlmPair& pair, std::ptrdiff_t at, std::ptrdiff_t shift,
+                        float factor) {
+    const Floats largest = Fill(pair.largest);
+    Change change;
+    for (int c = 0; c < pair.channels; ++c) {
+        const Floats a = Load(pair.value[c] + at), b = Load(pair.value[c] + at + shift);
+        const Floats va = Load(pair.variance[c] + at), vb = Load(pair.variance[c] + at + shift);
+        const Floats d = a - b, nudged = a * factor - b;
+        const Floats before = d * d, after = nudged * nudged;
+        const Floats inverse = Spread(va, vb, pair);
+        const Floats ahead = Noise(va, vb, pair), back = Noise(vb, va, pair);
+        change.centre +=
+            Min((after - ahead) * inverse, largest) - Min((before - ahead) * inverse, largest);
+        change.neighbour +=
+            Min((after - back) * inverse, largest) - Min((before - back) * inverse, largest);
+    }
+    return change;
+}
+
+// The same of the distance of the pixel to the mean of its neighbours; near: and of those of the
+// neighbours, each of which has the pixel for a neighbour.
+inline Floats NudgeBetween(const NlmPair& pair, const NlmNudge& nudge, std::ptrdiff_t at) {
+    Floats sum{}, next{}, previous{};
+    for (int c = 0; c < pair.channels; ++c) {
+        const auto change = [&](Between3 b, Floats Between3::*moved) {
+            const Floats before = DistanceBetween(pair, b);
+            b.*moved *= nudge.factor;
+            return DistanceBetween(pair, b) - before;
+        };
+        sum += change(LoadBetween(pair, c, at), &Between3::own);
+        if (nudge.near) {
+            next += change(LoadBetween(pair, c, at + pair.shift), &Between3::previous);
+            previous += change(LoadBetween(pair, c, at - pair.shift), &Between3::next);
+        }
+    }
+    if (nudge.near) {
+        sum += next * Load(nudge.inside + at + 2 * pair.shift);
+        sum += previous * Load(nudge.inside + at - 2 * pair.shift);
+    }
+    return sum;
+}
+
+void Nudge(const NlmPair& pair, const NlmNudge& nudge, int width, int height) {
+    const float scale = 1.0f / static_cast<float>(pair.channels);
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; x += RELUME_LANES) {
+            const std::ptrdiff_t at = y * pair.stride + x, to = y * nudge.stride + x;
+            const auto store = [&](NlmDirection direction, Floats change) {
+                const Floats patch =
+                    Load(nudge.across[direction] + x) * (nudge.down[direction][y] * scale);
+                Store(nudge.nudged[direction] + to,
+                      Load(nudge.distance[direction] + to) + change * patch);
+            };
+            const Change next = NudgePair(pair, at, pair.shift, nudge.factor);
+            const Change previous = NudgePair(pair, at, -pair.shift, nudge.factor);
+            Floats forward = next.centre, backward = previous.centre;
+            if (nudge.near) {
+                forward += previous.neighbour * Load(nudge.inside + at - pair.shift);
+                backward += next.neighbour * Load(nudge.inside + at + pair.shift);
+            }
+            store(kForward, forward);
+            store(kBackward, backward);
+            if (nudge.distance[kBetween] != nullptr) {
+                store(kBetween, NudgeBetween(pair, nudge, at));
+            }
         }
     }
 }

@@ -1,13 +1,15 @@
 #pragma once
 
-#include <utility>
 #include <vector>
 
 #include "core/film/tile.h"
 #include "server/denoise/frame.h"
 #include "server/denoise/nlm_kernels.h"
+#include "server/denoise/nlm_tile.h"
 
 namespace relume::denoise {
+
+inline constexpr float kNlmOutside = 1e30f;  // distance of a neighbour outside
 
 // Distances and weights of non-local means (methods 1.4; Rousselle, Knaus, Zwicker 2012). For pixel
 // i and its neighbour j = i + d, and a channel u with variance v:
@@ -15,8 +17,6 @@ namespace relume::denoise {
 // at most `largest`; then the mean over the channels; then the mean over the patch, all pixels
 // within `patch` of i: where i or j lies outside of the image the pair has no part in it. The
 // weight is exp(-max(0, D)), 0 for a neighbour outside of the image.
-inline constexpr float kNlmOutside = 1e30f;  // distance of a neighbour outside
-
 struct NlmOptions {
     float k = 0.45f;
     float alpha = 1;
@@ -25,6 +25,8 @@ struct NlmOptions {
     int patch = 3;         // pixels: (2 patch + 1)^2
     // Each channel has a patch distance of its own, and the largest counts: the least weight.
     bool least_of_channels = false;
+    // The denominator is epsilon + 2 k^2 v_i: the neighbour's variance has no part in it.
+    bool own_variance = false;
     // The pairwise trick: with w1, w2 the weights of i + d and i - d, and ws that of their mean
     // (whose variance is a quarter of the sum), both become r ws + (1 - r) w, r = ws / (w1 + w2) -
     // 1 within [0, 1]. Linear gradients, which weights flatten, are kept. Not where a neighbour
@@ -46,9 +48,6 @@ struct NlmGuide {
              float scale = 1);
 };
 
-// One of each pair (dx, dy), (-dx, -dy) of the window but (0, 0), in reading order.
-std::vector<std::pair<int, int>> HalfWindow(int radius);
-
 // The weights in one tile, one offset after another, with scratch memory of its own: one for each
 // thread. All results are the same bits for any tile and instruction set.
 class NlmWeights {
@@ -68,10 +67,16 @@ class NlmWeights {
     // `symmetric`, between() holds the distance to the mean of both neighbours.
     void ComputeDistances(int dx, int dy);
 
+    // After ComputeDistances(dx, dy): what forward(), backward() and between() would hold for each
+    // pixel if the guide had `factor` times its value in that pixel alone; in nudged(kForward) etc.
+    // Not with least_of_channels, own_variance or weight_patch.
+    void ComputeNudgedDistances(int dx, int dy, float factor);
+
     // At the tile's first pixel, rows stride() apart; valid until the next Compute.
     float* forward() { return At(forward_); }
     float* backward() { return At(backward_); }
     float* between() { return At(between_); }
+    float* nudged(NlmDirection direction) { return nudged_[direction].data(); }
     std::ptrdiff_t stride() const { return out_stride_; }
 
     // The weights of all offsets, 1 for the pixel itself: that of pixel (x, y) of the tile for
@@ -84,11 +89,13 @@ class NlmWeights {
     }
     TileRect Inside(int dx, int dy) const;
     NlmPair PairAt(const TileRect& area, int dx, int dy, int first, int count) const;
-    void FillInverseCounts(const TileRect& area, const TileRect& keep, int patch);
-    void MaskOutside(float* plane, std::ptrdiff_t stride, const TileRect& area,
-                     const TileRect& keep, float outside) const;
+    struct Counts {
+        std::vector<float> across, down;
+    };
+    void FillInverseCounts(const TileRect& area, const TileRect& keep, int patch,
+                           Counts* counts) const;
     void BoxInto(const float* raw, const TileRect& raw_area, const TileRect& keep, bool keep_larger,
-                 std::vector<float>* out);
+                 NlmDirection direction);
     void SmoothWeights(const TileRect& keep, std::vector<float>* plane);
 
     NlmOptions options_;
@@ -96,13 +103,15 @@ class NlmWeights {
     const NlmKernels& kernels_;
     int image_width_ = 0, image_height_ = 0;
     TileRect tile_;
+    bool inside_loaded_ = false;
     int channels_ = 0;
-    std::ptrdiff_t guide_stride_, raw_stride_, out_stride_;
-    std::size_t guide_size_;
-    std::vector<float> guide_;   // values, then variances, with the halo
+    std::vector<HaloPlane> value_, variance_;  // a channel each
+    std::ptrdiff_t raw_stride_, out_stride_;
     std::vector<float> raw_[2];  // distances without patch
-    std::vector<float> row_, across_, down_;
+    std::vector<float> row_;
+    Counts counts_[kNlmDirections];  // one over the number of patch pixels: columns times rows
     std::vector<float> forward_, backward_, between_, smooth_;
+    std::vector<float> inside_, nudged_[kNlmDirections];  // of ComputeNudgedDistances alone
 };
 
 }  // namespace relume::denoise

@@ -3,14 +3,22 @@
 #include "core/base/error.h"
 #include "core/base/param_set.h"
 #include "server/denoise/denoiser.h"
+#include "server/denoise/fireflies.h"
+#include "server/denoise/on_changed_frame.h"
+#include "server/denoise/without_features.h"
 
 namespace relume::denoise {
 
+std::unique_ptr<Denoiser> MakeAuto(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeNone(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeBilateral(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeGem(const ParamSet& params);
+std::unique_ptr<Denoiser> MakeNfor(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeSbf(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeSbfGradient(const ParamSet& params);
+std::unique_ptr<Denoiser> MakeNlm(const ParamSet& params);
+std::unique_ptr<Denoiser> MakeRd(const ParamSet& params);
+std::unique_ptr<Denoiser> MakeWlr(const ParamSet& params);
 
 namespace {
 
@@ -20,6 +28,10 @@ constexpr struct {
     std::unique_ptr<Denoiser> (*make)(const ParamSet& params);
     const char* help;  // what it is, source; then a line a parameter: name=default, values, unit
 } kDenoisers[] = {
+    {"auto", MakeAuto,
+     "of the others the cheapest whose error, by held-out samples on a part of the image, is "
+     "within\n"
+     "             one standard error of the best; features that don't help are dropped\n"},
     {"none", MakeNone, "the mean of the samples, unfiltered\n"},
     {"bilateral", MakeBilateral,
      "cross-bilateral filter on normal, albedo and depth; Xing, Chen, Li 2020\n"
@@ -36,12 +48,24 @@ constexpr struct {
      "each pixel's Gaussian where less noise still outweighs more blur; Rousselle, Knaus,\n"
      "             Zwicker 2011\n"
      "    gamma=0.2        above 0, at most 0.5; more keeps more of detail and noise\n"},
+    {"nfor", MakeNfor,
+     "first-order regression on the features with weights of non-local means, each half of the\n"
+     "             samples judged by the other; Bitterli et al. 2016\n"},
     {"sbf", MakeSbf,
      "cross-bilateral filter on normal, albedo and depth, the window of each pixel by SURE; Li, "
      "Wu,\n"
      "            Chuang 2012\n"},
     {"sbf-gradient", MakeSbfGradient,
      "sbf, with the gradient of the prefiltered image as one more feature; Xing, Chen, Li 2020\n"},
+    {"nlm", MakeNlm,
+     "non-local means of each half by weights from the other; Rousselle, Knaus, Zwicker 2012\n"},
+    {"rd", MakeRd,
+     "robust denoising: the least of the weights by colour and by each prefiltered feature, three\n"
+     "             candidates chosen by SURE, and once more; Rousselle, Manzi, Zwicker "
+     "2013\n"},
+    {"wlr", MakeWlr,
+     "local linear fits in the features' own space, their width by bias and variance; Moon, Carr,\n"
+     "             Yoon 2014\n"},
 };
 
 }  // namespace
@@ -52,6 +76,14 @@ std::unique_ptr<Denoiser> MakeDenoiser(const std::string& text) {
     for (const auto& entry : kDenoisers) {
         if (named.name == entry.name) {
             auto denoiser = entry.make(named.params);
+            if (named.params.Has("without")) {
+                denoiser =
+                    WithoutFeatures(std::move(denoiser), named.params.GetString("without", ""));
+            }
+            if (named.params.GetChoice("fireflies", "keep", {"keep", "spread"}) == "spread") {
+                denoiser = OnChangedFrame(std::move(denoiser), "fireflies=spread",
+                                          [](Frame* frame) { SpreadFireflies(frame); });
+            }
             named.params.RejectUnused("filter '" + named.name + "'");
             return denoiser;
         }
@@ -65,6 +97,14 @@ std::string DescribeDenoisers() {
     for (const auto& entry : kDenoisers) {
         text += fmt::format("{:<12} {}", entry.name, entry.help);
     }
+    text +=
+        "Every filter also takes\n"
+        "    without=NAMES    features that it is not to look at, joined by '-': normal, albedo, "
+        "depth, "
+        "visibility\n"
+        "    fireflies=keep   keep; or spread: pixels that one bright sample made are spread over "
+        "their\n"
+        "                     neighbours first\n";
     return text;
 }
 

@@ -32,7 +32,9 @@ Plane ShareSamples(const Plane& priority, double samples, double fewest, double 
         const double middle = low > 0 ? 0.5 * (low + high) : high / 1024;
         (sum_at(middle) < samples ? low : high) = middle;
     }
-    const double missing = (samples - sum_at(high)) / static_cast<double>(counts.size());
+    // Below 0 by no more than the bisection is coarse.
+    const double missing =
+        std::max(0.0, (samples - sum_at(high)) / static_cast<double>(counts.size()));
     for (std::size_t i = 0; i < counts.size(); ++i) {
         counts[i] = static_cast<float>(count_at(high, i) + missing);
     }

@@ -44,6 +44,14 @@ struct EstimatedError {
 };
 
 // What the filter stage made of the film.
+// One filter that a choosing one tried on a part of the image.
+struct FilterCandidate {
+    std::string filter;
+    double relmse = 0;                       // estimated, outliers cut off
+    double above_best = 0, uncertainty = 0;  // over the best one's, and the standard error of that
+    double seconds = 0;                      // expected for the image
+};
+
 struct Outcome {
     std::string filter;  // with all parameters
     double seconds = 0;
@@ -51,6 +59,8 @@ struct Outcome {
     EstimatedError noisy;       // of the unfiltered image
     std::optional<EstimatedError> filtered;
     std::map<std::string, std::string> notes;
+    std::vector<FilterCandidate> candidates;  // if it was chosen, cheapest first
+    std::string reason, dropped;              // why it was; features that did not help
     std::string image_sha256;
     std::uint64_t result_size = 0;  // bytes of the file
 };

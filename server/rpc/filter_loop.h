@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 
 #include "server/jobs/planner.h"
@@ -7,8 +8,8 @@
 namespace relume::server {
 
 // The filter in the sampler's loop: where the two filtered halves of a film disagree
-// (denoise/halves.h). `filter` is a job's. An empty Guide for "none", and for one that can't filter
-// a half alone.
+// (denoise/halves.h). `filter` is a job's. An empty Guide for "none". One that
+// can't filter a half alone is stood for by the bilateral filter.
 // Halves of the size are filtered: a quarter of the time, and no worse a guide (bench/sampling).
 jobs::Guide MakeGuide(const std::string& filter);
 
@@ -16,7 +17,8 @@ jobs::Guide MakeGuide(const std::string& filter);
 jobs::Guide MakeMethodGuide(const std::string& filter);
 
 // Estimated RelMSE of a job's image if it were finished now (denoise/error_estimate.h); of the
-// unfiltered image if the filter has no estimate.
-double EstimateImageError(const Film& film, const std::string& filter);
+// unfiltered image if the filter has no estimate. Serves one job, whose film it is shown as it
+// grows: a filter that chooses does so anew only when the samples have doubled.
+std::function<double(const Film&)> MakeErrorEstimator(const std::string& filter);
 
 }  // namespace relume::server

@@ -5,12 +5,11 @@
 
 #include <algorithm>
 
-#include "core/base/clock.h"
 #include "core/image/exr.h"
 #include "proto/codec/codec.h"
 #include "proto/codec/protocol.h"
-#include "server/denoise/denoiser.h"
 #include "server/denoise/error_estimate.h"
+#include "server/denoise/filter_frame.h"
 #include "server/denoise/frame.h"
 #include "server/denoise/output_image.h"
 
@@ -56,19 +55,25 @@ void AddDecisions(const jobs::JobQueue::FilterWork& work, Image* image) {
 FinishedImage FinishImage(const jobs::JobQueue::FilterWork& work, const CheckedSpec& spec,
                           const std::string& numeric_class, const CancelToken& cancel) {
     const Film& film = *work.film;
-    const SteadyClock clock;
-    const TimePoint start = clock.Now();
     const denoise::Frame frame = denoise::FrameFromFilm(film);
-    const auto denoiser = denoise::MakeDenoiser(spec.filter);
-    const denoise::Result result = denoise::RunDenoiser(*denoiser, frame, cancel);
+    const denoise::Filtered made = denoise::FilterFrame(spec.filter, frame, cancel);
+    const denoise::Result& result = made.result;
+    const auto& filtered = made.error;
     FinishedImage finished;
-    finished.outcome.seconds = ToSeconds(clock.Now() - start);
-    finished.outcome.filter = denoiser->Describe();
+    finished.outcome.seconds = made.seconds;
+    finished.outcome.filter = made.filter;
     finished.outcome.notes = result.notes;
     finished.outcome.mse = MeanError(result);
+    if (made.choice) {
+        for (const auto& c : made.choice->candidates) {
+            finished.outcome.candidates.push_back(
+                {c.filter, c.relmse, c.above_best, c.uncertainty, c.seconds});
+        }
+        finished.outcome.reason = made.choice->reason;
+        finished.outcome.dropped = made.choice->dropped;
+    }
 
     const denoise::ErrorEstimate noisy = denoise::EstimateNoisy(frame);
-    const auto filtered = denoise::EstimateFiltered(*denoiser, frame, result, cancel);
     Image image = denoise::AssembleOutput(film, frame, result, filtered ? &*filtered : nullptr,
                                           spec.message.all_layers());
     if (spec.message.all_layers()) {

@@ -89,6 +89,16 @@ void OutcomeToProto(const jobs::Outcome& outcome, v1::Job* job) {
         filter->set_mse(*outcome.mse);
     }
     filter->mutable_notes()->insert(outcome.notes.begin(), outcome.notes.end());
+    for (const jobs::FilterCandidate& from : outcome.candidates) {
+        v1::FilterCandidate* to = filter->add_candidates();
+        to->set_filter(from.filter);
+        to->set_relmse(from.relmse);
+        to->set_above_best(from.above_best);
+        to->set_uncertainty(from.uncertainty);
+        to->set_seconds(from.seconds);
+    }
+    filter->set_reason(outcome.reason);
+    filter->set_dropped(outcome.dropped);
     job->set_image_sha256(outcome.image_sha256);
     job->set_result_size(outcome.result_size);
 }

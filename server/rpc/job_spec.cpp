@@ -121,9 +121,7 @@ jobs::JobSetup CheckedSpec::Setup() const {
     setup.planner = jobs::MakePlanner(sampler);
     const char* method = setup.planner->Method();
     setup.guide = method != nullptr ? MakeMethodGuide(method) : MakeGuide(filter);
-    setup.estimators.error = [name = filter](const Film& film) {
-        return EstimateImageError(film, name);
-    };
+    setup.estimators.error = MakeErrorEstimator(filter);
     setup.estimators.filtered = filter != "none";
     return setup;
 }

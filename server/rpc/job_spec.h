@@ -12,7 +12,7 @@
 namespace relume::server {
 
 inline constexpr const char* kDefaultSampler = "adaptive";
-inline constexpr const char* kDefaultFilter = "bilateral:mode=robust";
+inline constexpr const char* kDefaultFilter = "auto";
 
 // A JobSpec that can be rendered.
 struct CheckedSpec {

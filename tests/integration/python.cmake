@@ -1,6 +1,6 @@
 # Processes on loopback, driven from outside: a client in another language (made with protoc and
 # grpc_python_plugin from proto/), the same bits whoever renders, what goes wrong, and
-# what images claim.
+# what images claim, and what the default filter takes.
 function(relume_python_test name script)
     add_test(NAME ${name}
         COMMAND /usr/bin/python3 ${CMAKE_CURRENT_SOURCE_DIR}/python/${script}
@@ -14,3 +14,4 @@ relume_python_test(Farm.SameBitsWhoeverRenders digest_test.py)
 relume_python_test(Commands.FailWithOneClearLine errors_test.py)
 relume_python_test(Verify.TellsTrueClaimsFromForgedOnes verify_test.py)
 relume_python_test(Budgets.EndJobsAndSayWhich budgets_test.py)
+relume_python_test(Auto.TakesNoMoreThanASceneNeeds auto_test.py)

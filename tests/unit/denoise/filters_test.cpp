@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 
 #include "core/base/error.h"
 #include "core/image/exr.h"
@@ -99,19 +100,36 @@ TEST_P(EveryFilter, FewSamplesAreEnough) {
     }
 }
 
-// How far one sample is seen: window 16, choice by SURE blurred over 12. The variance is
-// regularised over 10, which robust mode's weights see through its guide, 2, and its share is
-// blurred over 24. SBF smooths over 16, and its gradient is that of an image filtered over 2, whose
-// variance it sees, too. GEM's widest Gaussian ends at 24, and its flags are blurred over 48.
+// How far one sample of pixel (120, 70) is seen, pixels. The variance is regularised over 10.
 int HaloOf(std::string_view filter) {
-    const auto starts = [&](std::string_view name) {
-        return filter.substr(0, name.size()) == name;
+    static const std::map<std::string_view, int> kHalos = {
+        {"none", 0},
+        // Window 16, choice by SURE blurred over 12; robust mode's weights see the variance through
+        // its guide, 2, and its share is blurred over 24.
+        {"bilateral:mode=robust", 10 + 2 + 16 + 12 + 24},
+        {"bilateral:mode=corrected", 16 + 12},
+        {"bilateral:mode=printed", 16 + 12},
+        {"bilateral:mode=printed,taylor=0", 16 + 12},
+        // The widest Gaussian ends at 24, and the flags are blurred over 48.
+        {"gem", 10 + 24 + 48},
+        // Window 10, two patches of 3.
+        {"nlm", 10 + 10 + 3 + 3},
+        // Features filtered over 5 by patches of 3 after their variance was regularised too,
+        // blurred over 1, gradient 1, window 10; then the error is smoothed over 1 and the choice
+        // over 5, both by patches of 3, the residual variance blurred over 1, and a second window
+        // is 5 by patches of 3.
+        {"rd", 10 + 5 + 3 + 1 + 1 + 10 + 1 + 5 + 1 + 5 + 3},
+        // Window 16, smoothed over 16; the gradient is that of an image filtered over 2, whose
+        // variance it sees, too.
+        {"sbf", 16 + 16},
+        // Patch and window of the first fit, from which it writes to a window; errors and choice
+        // smoothed; the last fit.
+        {"nfor", 10 + 3 + 9 + 9 + 2 * (1 + 9) + 3 + 9 + 9},
+        {"sbf-gradient", 10 + 2 + 1 + 16 + 16},
+        // Window; bandwidths smoothed.
+        {"wlr", 10 + 9 + 3},
     };
-    return starts("bilateral:mode=robust") ? 10 + 2 + 16 + 12 + 24
-           : starts("sbf-gradient")        ? 10 + 2 + 1 + 16 + 16
-           : starts("sbf")                 ? 16 + 16
-           : starts("gem")                 ? 10 + 24 + 48
-                                           : 16 + 12;
+    return kHalos.at(filter);
 }
 
 TEST_P(EveryFilter, OneBadSampleStaysInItsHalo) {
@@ -165,8 +183,8 @@ TEST_P(EveryFilter, APixelWithoutSamplesIsFilled) {
 INSTANTIATE_TEST_SUITE_P(Filters, EveryFilter,
                          testing::Values("none", "bilateral:mode=robust",
                                          "bilateral:mode=corrected", "bilateral:mode=printed",
-                                         "bilateral:mode=printed,taylor=0", "gem", "sbf",
-                                         "sbf-gradient"),
+                                         "bilateral:mode=printed,taylor=0", "gem", "nfor", "nlm",
+                                         "rd", "sbf", "sbf-gradient", "wlr"),
                          [](const auto& param) {
                              std::string name = param.param;
                              std::erase_if(name, [](char c) { return std::isalnum(c) == 0; });
@@ -197,7 +215,8 @@ TEST_P(EveryPlanner, CountsSumToWhatIsAskedFor) {
     EXPECT_TRUE(denoiser->PlanSamples(FrameFromFilm(FlatFilm(0, 0, {})), 9, CancelToken{}).empty());
 }
 
-INSTANTIATE_TEST_SUITE_P(Filters, EveryPlanner, testing::Values("gem", "sbf", "sbf-gradient"),
+INSTANTIATE_TEST_SUITE_P(Filters, EveryPlanner,
+                         testing::Values("gem", "nlm", "rd", "sbf", "sbf-gradient", "wlr"),
                          [](const auto& param) {
                              std::string name = param.param;
                              std::erase_if(name, [](char c) { return std::isalnum(c) == 0; });
@@ -206,7 +225,8 @@ INSTANTIATE_TEST_SUITE_P(Filters, EveryPlanner, testing::Values("gem", "sbf", "s
 
 TEST(Filters, NothingInNothingOut) {
     const Frame frame = FrameFromFilm(MakeFilm(Truth{0, 0}, 4, 1));
-    for (const char* name : {"none", "bilateral", "gem", "sbf", "sbf-gradient"}) {
+    for (const char* name :
+         {"none", "bilateral", "gem", "nlm", "rd", "sbf", "sbf-gradient", "wlr"}) {
         const Result result = RunDenoiser(*MakeDenoiser(name), frame, CancelToken{});
         EXPECT_TRUE(result.color[0].empty());
         EXPECT_EQ(AssembleLayers(frame, result, nullptr, true).pixel_count(), 0u);
@@ -309,9 +329,9 @@ TEST(Registry, UnknownNamesAreAnsweredWithTheKnownOnes) {
 }
 
 TEST(Registry, DescribesItselfSoThatItCanBeMadeAgain) {
-    for (const char* text :
-         {"none", "bilateral:mode=robust", "bilateral:mode=corrected",
-          "bilateral:mode=printed,taylor=3", "gem:gamma=0.3", "sbf", "sbf-gradient"}) {
+    for (const char* text : {"none", "bilateral:mode=robust", "bilateral:mode=corrected",
+                             "bilateral:mode=printed,taylor=3", "gem:gamma=0.3", "nlm", "rd", "sbf",
+                             "sbf-gradient", "wlr"}) {
         EXPECT_EQ(MakeDenoiser(text)->Describe(), text);
         EXPECT_EQ(MakeDenoiser(MakeDenoiser(text)->Describe())->Describe(), text);
     }
@@ -319,7 +339,7 @@ TEST(Registry, DescribesItselfSoThatItCanBeMadeAgain) {
     EXPECT_EQ(MakeDenoiser("bilateral:mode=printed")->Describe(),
               "bilateral:mode=printed,taylor=8");
     for (const char* word : {"none ", "bilateral ", "mode=robust", "taylor=8", "gem ", "gamma=0.2",
-                             "sbf ", "sbf-gradient "}) {
+                             "sbf ", "nlm ", "rd ", "wlr ", "sbf-gradient "}) {
         EXPECT_THAT(DescribeDenoisers(), HasSubstr(word));
     }
 }

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
@@ -36,13 +37,14 @@ NlmGuide GuideOf(const Frame& frame, float scale = 1) {
 }
 
 std::vector<NlmOptions> SomeOptions() {
-    std::vector<NlmOptions> all(7);
+    std::vector<NlmOptions> all(8);
     all[1] = {.k = 1, .alpha = 0.5f, .epsilon = 1e-3f, .patch = 0};
     all[2] = {.k = 0.7f, .largest = 2, .patch = 1, .least_of_channels = true};
     all[3] = {.symmetric = true};
     all[4] = {.patch = 2, .least_of_channels = true, .symmetric = true};
     all[5] = {.symmetric = true, .weight_patch = 3, .least_weight = 0.05f};
     all[6] = {.k = 0.45f, .patch = 1, .weight_patch = 1, .least_weight = 0.4f};
+    all[7] = {.patch = 2, .own_variance = true, .symmetric = true};
     return all;
 }
 
@@ -157,6 +159,43 @@ TEST(NlmWeights, EqualColorsWeighOneAndUnlikeOnesWithoutNoiseNothing) {
     }
 }
 
+// What a distance becomes if one pixel alone changes, seen from that pixel: at a corner, an edge,
+// in the middle, and where the neighbour lies within the patch or not.
+TEST(NlmWeights, NudgedDistancesAreThoseOfANudgedPixel) {
+    const Frame frame = GentleFrame(21, 17, 9);
+    constexpr float kFactor = 1.25f;
+    const TileRect tile = {0, 0, 21, 17};
+    for (const int patch : {1, 3}) {
+        const NlmOptions options{.k = 0.7f, .largest = 4, .patch = patch, .symmetric = true};
+        NlmWeights weights(options, 5, 21, 17);
+        weights.Load(GuideOf(frame, 2), tile);
+        for (const auto& [dx, dy] : {std::pair{1, 0}, {-1, 1}, {2, 3}, {0, 4}, {5, 0}, {-3, 2}}) {
+            weights.ComputeDistances(dx, dy);
+            weights.ComputeNudgedDistances(dx, dy, kFactor);
+            for (const auto& [x, y] :
+                 {std::pair{0, 0}, {20, 16}, {1, 2}, {10, 8}, {4, 15}, {16, 4}, {19, 8}}) {
+                Frame changed = frame;
+                for (Plane& plane : changed.color) {
+                    plane[static_cast<std::size_t>(y * 21 + x)] *= kFactor;
+                }
+                const NlmGuide guide = GuideOf(changed, 2);
+                const ReferenceNlm reference(guide, options);
+                const std::ptrdiff_t at = y * weights.stride() + x;
+                const auto expect = [&](NlmDirection direction, double d) {
+                    EXPECT_NEAR(weights.nudged(direction)[at], d, kTolerance * std::max(1.0, d))
+                        << x << ", " << y << " to " << dx << ", " << dy;
+                };
+                expect(kForward, reference.Distance(x, y, dx, dy));
+                expect(kBackward, reference.Distance(x, y, -dx, -dy));
+                if (reference.Distance(x, y, dx, dy) < kNlmOutside &&
+                    reference.Distance(x, y, -dx, -dy) < kNlmOutside) {
+                    expect(kBetween, reference.Between(x, y, dx, dy));
+                }
+            }
+        }
+    }
+}
+
 // A ramp whose ends differ by far more than its noise: plain weights leave it as it is, the
 // pairwise trick filters it and keeps it.
 TEST(NlmWeights, ThePairwiseTrickKeepsARamp) {
@@ -195,6 +234,37 @@ TEST(FilterNlm, IsTheWeightedMeanOfTheWindow) {
             EXPECT_NEAR(out[2][i], reference.Filter(frame.count, 3, x, y), 16 * kTolerance);
         }
     }
+}
+
+// Uncorrelated noise of variance 1, filtered by weights that don't know of it.
+TEST(FilterNlm, TellsHowMuchVarianceIsLeft) {
+    const Frame frame = GentleFrame(40, 40, 10);
+    const NlmGuide guide = GuideOf(frame);
+    const std::vector<NlmOptions> all = SomeOptions();
+    constexpr int kRuns = 200;
+    std::vector<Plane> noise(kRuns, Plane(frame.pixel_count())), out(kRuns);
+    std::mt19937 rng(11);
+    std::vector<const Plane*> in;
+    std::vector<Plane*> to;
+    for (int run = 0; run < kRuns; ++run) {
+        for (float& value : noise[static_cast<std::size_t>(run)]) {
+            value = static_cast<float>(Normal(&rng));
+        }
+        in.push_back(&noise[static_cast<std::size_t>(run)]);
+        to.push_back(&out[static_cast<std::size_t>(run)]);
+    }
+    Plane share;
+    FilterNlm(guide, all[5], 3, in, to, {}, BestNlmKernels(), &share);
+    double expected = 0, measured = 0;
+    for (std::size_t i = 0; i < frame.pixel_count(); ++i) {
+        expected += share[i];
+        for (const Plane& plane : out) {
+            measured += plane[i] * plane[i] / kRuns;
+        }
+    }
+    // Some 20 independent places in each of 200 runs: 2 %; three of these.
+    EXPECT_NEAR(measured / expected, 1, 0.07);
+    EXPECT_LT(expected / static_cast<double>(frame.pixel_count()), 0.5);
 }
 
 TEST(FilterNlm, SameBitsForAnyInstructionSetAndThreadCount) {

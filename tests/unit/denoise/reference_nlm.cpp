@@ -31,8 +31,9 @@ double ReferenceNlm::PatchDistance(int x, int y, int dx, int dy, bool between) c
                 }
                 const double square = (ui - uj) * (ui - uj);
                 const double k = options_.k;
+                const double other = options_.own_variance ? vi : vj;
                 sum[c] += std::min<double>((square - options_.alpha * (vi + std::min(vi, vj))) /
-                                               (options_.epsilon + k * k * (vi + vj)),
+                                               (options_.epsilon + k * k * (vi + other)),
                                            options_.largest);
             }
         }

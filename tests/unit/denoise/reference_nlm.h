@@ -12,6 +12,8 @@ class ReferenceNlm {
 
     // Patch distance of pixel (x, y) to its neighbour at (dx, dy); kNlmOutside if there is none.
     double Distance(int x, int y, int dx, int dy) const;
+    // To the mean of the neighbours at +-(dx, dy), all of which must be inside.
+    double Between(int x, int y, int dx, int dy) const { return PatchDistance(x, y, dx, dy, true); }
     // Its weight, with all that the options ask for.
     double Weight(int x, int y, int dx, int dy) const;
     // Mean of `plane` by the weights over the window.

@@ -1,0 +1,13 @@
+#pragma once
+
+#include "core/film/tile.h"
+#include "server/denoise/frame.h"
+
+namespace relume::denoise {
+
+// A part of a frame as a frame of its own; `rect` lies in the frame, (0, 0) its first pixel.
+Frame CropFrame(const Frame& frame, const TileRect& rect);
+
+Plane CropPlane(const Plane& plane, int width, const TileRect& rect);
+
+}  // namespace relume::denoise

@@ -1,0 +1,33 @@
+#include "server/denoise/filter_frame.h"
+
+#include <chrono>
+#include <utility>
+
+namespace relume::denoise {
+
+Filtered FilterFrame(const std::string& filter, const Frame& frame, const CancelToken& cancel) {
+    const auto start = std::chrono::steady_clock::now();
+    std::shared_ptr<const Denoiser> denoiser = MakeDenoiser(filter);
+    Filtered filtered;
+    filtered.choice = denoiser->Choose(frame, cancel);
+    if (filtered.choice) {
+        denoiser = filtered.choice->denoiser;
+    }
+    filtered.result = RunDenoiser(*denoiser, frame, cancel);
+    filtered.seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    filtered.error = EstimateFiltered(*denoiser, frame, filtered.result, cancel);
+    const bool by_halves = filtered.error && frame.has_halves();
+    if (filtered.choice && by_halves && filtered.error->relmse > filtered.error->unfiltered &&
+        denoiser->Describe() != "none") {
+        denoiser = MakeDenoiser("none");
+        filtered.choice->denoiser = denoiser;
+        filtered.choice->reason = "on the whole image the chosen one was worse than none";
+        filtered.result = RunDenoiser(*denoiser, frame, cancel);
+        filtered.error = EstimateFiltered(*denoiser, frame, filtered.result, cancel);
+    }
+    filtered.filter = denoiser->Describe();
+    return filtered;
+}
+
+}  // namespace relume::denoise

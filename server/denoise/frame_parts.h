@@ -1,0 +1,21 @@
+#pragma once
+
+#include <vector>
+
+#include "core/film/tile.h"
+#include "server/denoise/frame.h"
+
+namespace relume::denoise {
+
+// A window of a frame, with a halo around what is looked at.
+struct FramePart {
+    Frame frame;     // halo included
+    TileRect inner;  // what counts, in pixels of `frame`
+};
+
+// Windows of 64x64 pixels, one at a random place of each cell of a grid, the same each time: with
+// their halos of 24 about one part in `share` of the frame, at least eight windows. A frame of
+// which they would be nearly all is one part, whole.
+std::vector<FramePart> CutParts(const Frame& frame, int share);
+
+}  // namespace relume::denoise

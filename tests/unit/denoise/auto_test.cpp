@@ -1,0 +1,175 @@
+// The filter that chooses: what it takes, and what it drops.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/base/error.h"
+#include "server/denoise/crop_frame.h"
+#include "server/denoise/denoiser.h"
+#include "server/denoise/filter_frame.h"
+#include "server/denoise/halves.h"
+#include "server/denoise/trial.h"
+#include "server/denoise/without_features.h"
+#include "tests/unit/denoise/synthetic.h"
+
+namespace relume::denoise {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr const char* kRobust = "bilateral:mode=robust";
+
+// Samples without noise.
+Film ExactFilm(const Truth& truth, int spp) {
+    return MakeFilm(truth, spp, 1, [&](int x, int y, int, PixelSample* sample) {
+        sample->radiance = truth.Color(x, y);
+    });
+}
+
+TEST(Auto, LeavesAnImageWithoutNoiseAlone) {
+    const Frame frame = FrameFromFilm(ExactFilm({96, 64}, 4));
+    const Filtered filtered = FilterFrame("auto", frame, CancelToken());
+    EXPECT_EQ(filtered.filter, "none");
+    for (std::size_t c = 0; c < 3; ++c) {
+        EXPECT_EQ(filtered.result.color[c], frame.color[c]);
+    }
+}
+
+TEST(Auto, FiltersANoisyImageAndSaysWhy) {
+    const Frame frame = FrameFromFilm(MakeFilm({128, 96}, 8, 3));
+    const Filtered filtered = FilterFrame("auto", frame, CancelToken());
+    ASSERT_TRUE(filtered.choice);
+    EXPECT_NE(filtered.filter, "none");
+    const auto& candidates = filtered.choice->candidates;
+    ASSERT_GE(candidates.size(), 3u);
+    EXPECT_EQ(candidates[0].filter, "none");
+    EXPECT_EQ(candidates[1].filter, kRobust);
+    EXPECT_FALSE(filtered.choice->reason.empty());
+    double least = INFINITY, taken = 0, above = 0, uncertainty = 0;
+    for (const auto& candidate : candidates) {
+        EXPECT_GE(candidate.seconds, 0);
+        least = std::min(least, candidate.relmse);
+        if (candidate.filter == filtered.filter) {
+            taken = candidate.relmse;
+            above = candidate.above_best;
+            uncertainty = candidate.uncertainty;
+        }
+    }
+    EXPECT_GT(taken, 0);
+    EXPECT_LE(above, uncertainty);
+    EXPECT_LT(taken, 0.2 * candidates[0].relmse);
+    EXPECT_LE(filtered.error->relmse, filtered.error->unfiltered);
+}
+
+TEST(Auto, DropsAFeatureThatSaysNothingAndKeepsOneThatDoes) {
+    // One wall of one colour, lit evenly; then the same where albedo is all that tells.
+    const auto film = [](bool textured) {
+        return MakeFilm({128, 128}, 8, 5, [&](int x, int y, int, PixelSample* sample) {
+            const bool dark = textured && (x / 8 + y / 8) % 2 == 0;
+            const float albedo = dark ? 0.1f : 0.8f;
+            const float noise = sample->radiance.x / Truth{128, 128}.Color(x, y).x;
+            sample->radiance = {albedo * noise, albedo * noise, albedo * noise};
+            sample->features = {};
+            sample->features[kNormalZ] = 1;
+            sample->features[kDepth] = 1;
+            for (int c = 0; c < 3; ++c) {
+                sample->features[static_cast<std::size_t>(c)] = albedo;
+            }
+        });
+    };
+    const auto flat = MakeDenoiser("auto")->Choose(FrameFromFilm(film(false)), CancelToken());
+    EXPECT_THAT(flat->dropped, HasSubstr("albedo"));
+    const auto textured = MakeDenoiser("auto")->Choose(FrameFromFilm(film(true)), CancelToken());
+    EXPECT_THAT(textured->dropped, Not(HasSubstr("albedo")));
+    EXPECT_THAT(textured->dropped, HasSubstr("depth"));
+}
+
+TEST(Auto, AnImageWithoutHalvesGetsTheBilateralFilter) {
+    const Frame frame = HalfFrame(FrameFromFilm(MakeFilm({40, 30}, 8, 3)), 0);
+    const auto choice = MakeDenoiser("auto")->Choose(frame, CancelToken());
+    EXPECT_EQ(choice->denoiser->Describe(), kRobust);
+    EXPECT_THAT(choice->reason, HasSubstr("no halves"));
+    EXPECT_TRUE(choice->candidates.empty());
+}
+
+TEST(Auto, TheSameChoiceEachTime) {
+    const Frame frame = FrameFromFilm(MakeFilm({420, 400}, 4, 9));
+    const auto first = MakeDenoiser("auto")->Choose(frame, CancelToken());
+    const auto again = MakeDenoiser("auto")->Choose(frame, CancelToken());
+    ASSERT_EQ(first->candidates.size(), again->candidates.size());
+    for (std::size_t k = 0; k < first->candidates.size(); ++k) {
+        EXPECT_EQ(first->candidates[k].relmse, again->candidates[k].relmse);
+    }
+    EXPECT_EQ(first->denoiser->Describe(), again->denoiser->Describe());
+}
+
+TEST(Trial, EstimatesTheErrorThatThereIs) {
+    const Truth truth{256, 192};
+    const Frame frame = FrameFromFilm(MakeFilm(truth, 16, 11));
+    const auto robust = MakeDenoiser(kRobust);
+    const Trial trial(frame, *robust, CancelToken());
+    const Result result = RunDenoiser(*robust, frame, CancelToken());
+    const auto relmse = [&](const Plane(&image)[3]) {
+        double sum = 0;
+        for (int y = 0; y < truth.height; ++y) {
+            for (int x = 0; x < truth.width; ++x) {
+                for (int c = 0; c < 3; ++c) {
+                    const double r = truth.Color(x, y)[c];
+                    const double d = image[c][static_cast<std::size_t>(y * truth.width + x)] - r;
+                    sum += d * d / (r * r + 0.01) / 3;
+                }
+            }
+        }
+        return sum / (truth.width * truth.height);
+    };
+    EXPECT_NEAR(trial.Mean(trial.base()) / relmse(result.color), 1, 0.35);
+    // Cut off where the filtered image has its largest errors, which are far below the noise.
+    double mean = 0;
+    for (const double e : trial.unfiltered()) {
+        mean += e / static_cast<double>(trial.unfiltered().size());
+    }
+    EXPECT_NEAR(mean / relmse(frame.color), 1, 0.1);
+    EXPECT_LT(trial.Mean(trial.unfiltered()), mean);
+    const auto difference = trial.Compare(trial.unfiltered(), trial.base());
+    EXPECT_GT(difference.mean, 3 * difference.error);
+    EXPECT_FALSE(difference.Holds());
+    EXPECT_TRUE(trial.Compare(trial.base(), trial.base()).Holds());
+}
+
+TEST(WithoutFeatures, IsBlindToThem) {
+    const Frame frame = FrameFromFilm(MakeFilm({60, 40}, 4, 7));
+    Frame bare = frame;
+    for (int f = kAlbedoR; f < kNormalX; ++f) {
+        bare.feature[f] = bare.feature_variance[f] = {};
+        bare.feature_half[0][f] = bare.feature_half[1][f] = {};
+    }
+    const auto blind = MakeDenoiser("bilateral:mode=robust,without=albedo");
+    const Result a = RunDenoiser(*blind, frame, CancelToken());
+    const Result b = RunDenoiser(*MakeDenoiser(kRobust), bare, CancelToken());
+    const Result all = RunDenoiser(*MakeDenoiser(kRobust), frame, CancelToken());
+    EXPECT_EQ(a.color[1], b.color[1]);
+    EXPECT_NE(a.color[1], all.color[1]);
+    EXPECT_EQ(blind->Describe(), "bilateral:mode=robust,without=albedo");
+    EXPECT_EQ(MakeDenoiser("nfor:without=depth-normal")->Describe(), "nfor:without=depth-normal");
+    for (const char* wrong : {"sbf:without=", "sbf:without=colour", "sbf:without=depth-"}) {
+        EXPECT_THROW(MakeDenoiser(wrong), Error) << wrong;
+    }
+}
+
+TEST(CropFrame, HoldsThatPart) {
+    const Frame frame = FrameFromFilm(MakeFilm({30, 20}, 4, 7));
+    const Frame part = CropFrame(frame, {3, 5, 13, 11});
+    ASSERT_EQ(part.width, 10);
+    ASSERT_EQ(part.height, 6);
+    ASSERT_EQ(part.color[1].size(), 60u);
+    EXPECT_EQ(part.color[1][0], frame.color[1][5 * 30 + 3]);
+    EXPECT_EQ(part.half[1][2][59], frame.half[1][2][10 * 30 + 12]);
+    EXPECT_EQ(part.feature[kDepth][11], frame.feature[kDepth][6 * 30 + 4]);
+    EXPECT_EQ(part.count.size(), 60u);
+    EXPECT_EQ(part.flagged.size(), 60u);
+}
+
+}  // namespace
+}  // namespace relume::denoise
