@@ -15,6 +15,22 @@ constexpr float kFeatureSigma[3] = {0.8f, 0.25f, 0.6f};
 constexpr float kVarianceFloor = 1e-2f;
 constexpr int kBandRows = 2 * kPairHeight;
 
+// What PBRT's pixel filter, exp(-2 d^2) - exp(-8) up to 2 pixels both ways, gives at each of five
+// pixels to samples that lie anywhere in the middle one.
+std::vector<float> PixelFilterTaps() {
+    constexpr int kSteps = 64;
+    std::vector<float> taps;
+    for (int k = -2; k <= 2; ++k) {
+        double sum = 0;
+        for (int s = 0; s < kSteps; ++s) {
+            const double d = k + (s + 0.5) / kSteps - 0.5;
+            sum += std::max(0.0, std::exp(-2 * d * d) - std::exp(-8.0));
+        }
+        taps.push_back(static_cast<float>(sum / kSteps));
+    }
+    return taps;
+}
+
 template <typename Fn>
 void ForEachPlane(SbfCandidate* candidate, const Fn& fn) {
     for (Plane& plane : candidate->filtered) {
