@@ -18,7 +18,8 @@
 // the result may be worse than no filter. Features are all that the frame has of albedo, normal,
 // depth and visibility and that are not constant.
 //
-// Without halves: one fit with k = 1 by features that were filtered by themselves; no error.
+// Without halves: one fit with k = 1 by features that were filtered by themselves; the error is too
+// low by twice what the pixel's own noise has in its result.
 //
 // Limits: what the features don't show is kept no better than by
 // non-local means; next to noisy highlights dark pixels can become too bright.
@@ -174,9 +175,16 @@ Result FromOne(const Frame& frame, const CancelToken& cancel) {
     }
     Color color = std::move(RegressFirstOrder(input, 1, cancel)[0]);
     Result result;
+    std::vector<Plane> error(1, Plane(frame.pixel_count()));
     for (std::size_t c = 0; c < 3; ++c) {
+        for (std::size_t i = 0; i < frame.pixel_count(); ++i) {
+            const float change = color[c][i] - frame.color[c][i];
+            error[0][i] += (change * change - frame.variance[c][i]) * (1.0f / 3.0f);
+        }
         result.color[c] = std::move(color[c]);
     }
+    SmoothByColor(frame, &error, cancel);
+    result.error = std::move(error[0]);
     result.notes["features"] = features.names.empty() ? "none" : features.names;
     result.notes["halves"] = "none: one fit";
     return result;
