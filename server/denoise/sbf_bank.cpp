@@ -137,8 +137,9 @@ void SbfBank::Extend(int until, const CancelToken& cancel) {
                     for (int c = 0; c < kSbfColors; ++c) {
                         load(kSbfData + c, frame_.color[c]);
                     }
-                    AlignedFloats scratch(kinds * kPairScratch);
-                    AlignedFloats sums(static_cast<std::size_t>(SbfSum(size(), kPairHeight, 0, 0)));
+                    AlignedFloats scratch = AlignedFloats::Raw(kinds * kPairScratch);
+                    AlignedFloats sums = AlignedFloats::Raw(
+                        static_cast<std::size_t>(SbfSum(size(), kPairHeight, 0, 0)));
                     kernels_.bank(planes.planes()[0], tables_, size(), tile.height, scratch.data(),
                                   sums.data());
                     FinishTile(tile, sums.data());
@@ -181,12 +182,15 @@ std::vector<Plane> SbfBank::Smooth(const std::vector<const Plane*>& planes, int 
         frame_, {from, to}, kSbfData + count, kPairTile, cancel,
         [&](const TileArea& tile, TilePlanes& scratch) {
             LoadGuides(tile, &scratch);
-            for (std::size_t p = 0; p < planes.size(); ++p) {
-                scratch.Load(kSbfData + static_cast<int>(p), *planes[p], frame_.width,
-                             end_ - begin_, tile.x0, tile.y0 - begin_, 0);
+            for (std::size_t p = 0; p < static_cast<std::size_t>(count); ++p) {
+                // The last group's places must hold something.
+                const Plane& plane = *planes[std::min(p, planes.size() - 1)];
+                scratch.Load(kSbfData + static_cast<int>(p), plane, frame_.width, end_ - begin_,
+                             tile.x0, tile.y0 - begin_, 0);
             }
-            AlignedFloats weights(kPairScratch);
-            AlignedFloats sums(static_cast<std::size_t>(count * kPairWidth * kPairHeight));
+            AlignedFloats weights = AlignedFloats::Raw(kPairScratch);
+            AlignedFloats sums =
+                AlignedFloats::Raw(static_cast<std::size_t>(count * kPairWidth * kPairHeight));
             kernels_.smooth(scratch.planes()[0], tables_, k, groups, tile.height, weights.data(),
                             sums.data());
             for (std::size_t p = 0; p < planes.size(); ++p) {
