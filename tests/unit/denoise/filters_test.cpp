@@ -125,6 +125,8 @@ int HaloOf(std::string_view filter) {
         // Patch and window of the first fit, from which it writes to a window; errors and choice
         // smoothed; the last fit.
         {"nfor", 10 + 3 + 9 + 9 + 2 * (1 + 9) + 3 + 9 + 9},
+        // Window; bandwidths smoothed.
+        {"wlr", 10 + 9 + 3},
         {"sbf-gradient", 10 + 2 + 1 + 16 + 16},
         // Window; bandwidths smoothed.
         {"wlr", 10 + 9 + 3},
