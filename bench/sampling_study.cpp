@@ -11,6 +11,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -51,6 +52,13 @@ void Put(const char* what, const Score& score, Json* line) {
                      {"trimmed", score.trimmed},
                      {"relmse", score.relmse},
                      {"energy", score.energy}};
+}
+
+// Of the processor, all threads of this program together.
+double ProcessSeconds() {
+    timespec time{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
 // Counts in proportion to the true deviation relative to the true brightness (Neyman 1934), at
@@ -115,14 +123,20 @@ void RunOne(const Options& options, const SampleStore& store, const Truth& truth
     };
     const std::uint64_t budget = static_cast<std::uint64_t>(spp) * window.area();
     std::uint64_t beyond_store = 0;
+    const double cpu = ProcessSeconds();
+    double answer_cpu = 0;
     const test::Sampled sampled = test::RunJob(
         window, planner, budget, loop ? guide : jobs::Guide(), [&](const TileTask& task) {
             for (std::size_t k = 0; k < task.count.size(); ++k) {
                 const std::uint32_t end = task.first[k] + task.count[k];
                 beyond_store += std::min(task.count[k], end - std::min(end, store.spp()));
             }
-            return store.Answer(task);
+            const double before = ProcessSeconds();
+            TileResult answer = store.Answer(task);
+            answer_cpu += ProcessSeconds() - before;
+            return answer;
         });
+    const double plan_cpu = ProcessSeconds() - cpu - answer_cpu;
     const Film& film = *sampled.film;
     const denoise::Frame frame = denoise::FrameFromFilm(film);
     const auto pixels = static_cast<double>(window.area());
@@ -140,6 +154,7 @@ void RunOne(const Options& options, const SampleStore& store, const Truth& truth
               {"passes", sampled.info.passes.size()},
               {"plan_seconds", plan_seconds},
               {"guide_seconds", guide_seconds},
+              {"plan_cpu", plan_cpu},  // of plans, guides and merges
               {"sample_seconds", store.render_seconds() / pixels / store.spp()},
               {"pixels", window.area()}};
     Put("noisy", Compare(truth, [&](std::size_t i, int c) { return film.Mean(i)[c]; }), &line);

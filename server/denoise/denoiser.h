@@ -20,11 +20,6 @@ struct Needs {
     int min_spp = 1;
 };
 
-// Both halves of a frame, each filtered without sight of the other.
-struct FilteredHalves {
-    std::array<std::array<Plane, 3>, 2> color;
-};
-
 struct Result {
     Plane color[3];
     std::optional<Plane>
@@ -32,8 +27,6 @@ struct Result {
     // Derivative of a filtered pixel by its own noisy value, a channel: what SURE needs
     // (error_estimate.h). Unset: not known.
     std::optional<std::array<Plane, 3>> derivative;
-    // Of a method that needs halves: what it made of each, the other one held out.
-    std::optional<FilteredHalves> halves;
     std::map<std::string, std::string> notes;  // what was chosen, for the report
 };
 

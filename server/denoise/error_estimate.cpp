@@ -9,7 +9,6 @@
 #include "core/image/metrics.h"
 #include "server/denoise/crop_frame.h"
 #include "server/denoise/frame_parts.h"
-#include "server/denoise/halves.h"
 #include "server/denoise/yardstick.h"
 
 namespace relume::denoise {
@@ -171,9 +170,6 @@ std::optional<ErrorEstimate> EstimateByHalves(const Denoiser& denoiser, const Fr
 
 std::optional<ErrorEstimate> EstimateFiltered(const Denoiser& denoiser, const Frame& frame,
                                               const Result& result, const CancelToken& cancel) {
-    if (result.halves) {
-        return JudgeHalves(frame, *result.halves);
-    }
     if (auto estimate = EstimateByHalves(denoiser, frame, cancel)) {
         if (estimate->map.empty()) {
             AddMap(frame, result, &*estimate);

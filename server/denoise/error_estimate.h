@@ -8,6 +8,7 @@
 #include "core/base/cancel_token.h"
 #include "server/denoise/denoiser.h"
 #include "server/denoise/frame.h"
+#include "server/denoise/halves.h"
 
 namespace relume::denoise {
 

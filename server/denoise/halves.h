@@ -27,6 +27,9 @@ Frame HalfFrame(const Frame& frame, int half);
 Frame ShrinkFrame(const Frame& frame);
 
 // Both halves of a frame, each filtered without sight of the other.
+struct FilteredHalves {
+    std::array<std::array<Plane, 3>, 2> color;
+};
 FilteredHalves FilterHalves(const Denoiser& denoiser, const Frame& frame,
                             const CancelToken& cancel);
 

@@ -19,7 +19,10 @@
 // choose for the dark ones, and the result may be worse than no filter. Features are all that the
 // frame has of albedo, normal, depth and visibility and that are not constant.
 //
-// Limits: needs independent halves. What the features don't show is kept no better than by
+// Without halves: one fit with k = 1 by features that were filtered by themselves; the error is too
+// low by twice what the pixel's own noise has in its result.
+//
+// Limits: what the features don't show is kept no better than by
 // non-local means; next to noisy highlights dark pixels can become too bright.
 #include <fmt/format.h>
 
@@ -158,13 +161,44 @@ Color RegressMean(const Frame& frame, Color (&half)[2], const std::vector<Plane>
     return std::move(RegressFirstOrder(input, 1, cancel)[0]);
 }
 
+// What can be had of a frame without halves, which is also what a half is judged by
+// (error_estimate.h): one fit, k = 1, by features that were filtered by themselves.
+Result FromOne(const Frame& frame, const CancelToken& cancel) {
+    const OneFeatures features = FilterFeatures(frame, cancel);
+    RegressionInput input;
+    input.guide = NlmGuide(frame.width, frame.height, frame.color, frame.variance);
+    input.weights = kColorNlm;
+    for (const Plane& plane : features.planes) {
+        input.features.push_back(&plane);
+    }
+    for (std::size_t c = 0; c < 3; ++c) {
+        input.color[c] = &frame.color[c];
+    }
+    Color color = std::move(RegressFirstOrder(input, 1, cancel)[0]);
+    Result result;
+    std::vector<Plane> error(1, Plane(frame.pixel_count()));
+    for (std::size_t c = 0; c < 3; ++c) {
+        for (std::size_t i = 0; i < frame.pixel_count(); ++i) {
+            const float change = color[c][i] - frame.color[c][i];
+            error[0][i] += (change * change - frame.variance[c][i]) * (1.0f / 3.0f);
+        }
+        result.color[c] = std::move(color[c]);
+    }
+    SmoothByColor(frame, &error, cancel);
+    result.error = std::move(error[0]);
+    result.notes["features"] = features.names.empty() ? "none" : features.names;
+    result.notes["halves"] = "none: one fit";
+    return result;
+}
+
 class Nfor final : public Denoiser {
   public:
     std::string Describe() const override { return "nfor"; }
 
-    Needs GetNeeds() const override { return {.halves = true}; }
-
     Result Reconstruct(const Frame& frame, const CancelToken& cancel) const override {
+        if (!frame.has_halves()) {
+            return FromOne(frame, cancel);
+        }
         NforFeatures features = FilterHalfFeatures(frame, cancel);
         Result result;
         result.notes["features"] = features.names.empty() ? "none" : features.names;
@@ -173,12 +207,6 @@ class Nfor final : public Denoiser {
         Blend blend = ChooseK(frame, candidate, cancel);
         result.notes["k"] =
             fmt::format("1: {:.1f} %, 0.5: {:.1f} %", 100 * blend.wide, 100 - 100 * blend.wide);
-        result.halves.emplace();
-        for (std::size_t h = 0; h < 2; ++h) {
-            for (std::size_t c = 0; c < 3; ++c) {
-                result.halves->color[h][c] = blend.half[h][c];
-            }
-        }
         Color color = RegressMean(
             frame, blend.half,
             CombineFeatures(std::move(features), frame.width, frame.height, cancel), cancel);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/denoise/feature_prefilter.h"
 #include "server/denoise/halves.h"
 #include "server/denoise/nlm_filter.h"
 #include "server/denoise/regression.h"
@@ -136,6 +137,34 @@ std::vector<Plane> CombineFeatures(NforFeatures features, int width, int height,
         }
         Filter(guide, kLastRadius, in, &out, cancel);
         done += count;
+    }
+    return out;
+}
+
+OneFeatures FilterFeatures(const Frame& frame, const CancelToken& cancel) {
+    PrefilteredFeatures filtered = PrefilterFeatures(frame, cancel);
+    OneFeatures out;
+    for (const auto& group : kGroups) {
+        bool any = false;
+        for (int f = group.first; f < group.first + static_cast<int>(group.count); ++f) {
+            Plane& plane = filtered.feature[f];
+            if (plane.empty()) {
+                continue;
+            }
+            const float largest = group.first == kDepth ? Largest(frame.feature[kDepth]) : 1;
+            const float scale = largest > 0 ? 1 / largest : 0;
+            if (IsConstant(plane, scale)) {
+                continue;
+            }
+            for (float& value : plane) {
+                value *= scale;
+            }
+            out.planes.push_back(std::move(plane));
+            any = true;
+        }
+        if (any) {
+            out.names += (out.names.empty() ? "" : ", ") + std::string(group.name);
+        }
     }
     return out;
 }

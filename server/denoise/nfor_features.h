@@ -24,4 +24,11 @@ NforFeatures FilterHalfFeatures(const Frame& frame, const CancelToken& cancel);
 std::vector<Plane> CombineFeatures(NforFeatures features, int width, int height,
                                    const CancelToken& cancel);
 
+// The same columns of a frame without halves, each filtered by itself (feature_prefilter.h).
+struct OneFeatures {
+    std::vector<Plane> planes;
+    std::string names;
+};
+OneFeatures FilterFeatures(const Frame& frame, const CancelToken& cancel);
+
 }  // namespace relume::denoise

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "core/base/check.h"
 #include "core/image/metrics.h"
 #include "server/denoise/error_estimate.h"
 #include "server/denoise/frame_parts.h"
@@ -22,15 +21,6 @@ double Seconds(std::chrono::steady_clock::time_point since) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - since).count();
 }
 
-FilteredHalves Halves(const Denoiser& denoiser, const Frame& frame, const CancelToken& cancel) {
-    if (!denoiser.GetNeeds().halves) {
-        return FilterHalves(denoiser, frame, cancel);
-    }
-    Result result = RunDenoiser(denoiser, frame, cancel);
-    RELUME_CHECK(result.halves);
-    return std::move(*result.halves);
-}
-
 }  // namespace
 
 Trial::Trial(const Frame& frame, const Denoiser& base, const CancelToken& cancel) {
@@ -45,7 +35,7 @@ Trial::Trial(const Frame& frame, const Denoiser& base, const CancelToken& cancel
         part > 0 ? static_cast<double>(frame.pixel_count()) / static_cast<double>(part) : 1;
     const auto start = std::chrono::steady_clock::now();
     for (Window& window : windows_) {
-        const FilteredHalves halves = Halves(base, window.part.frame, cancel);
+        const FilteredHalves halves = FilterHalves(base, window.part.frame, cancel);
         window.scale = FilteredYardstick(halves);
         for (Plane& plane : window.scale) {
             for (float& v : plane) {
@@ -99,11 +89,11 @@ Trial::Errors Trial::Judge(const Denoiser& denoiser, const CancelToken& cancel,
     const auto start = std::chrono::steady_clock::now();
     for (const Window& window : windows_) {
         AddBlocks(window,
-                  HalvesError(window.part.frame, Halves(denoiser, window.part.frame, cancel),
+                  HalvesError(window.part.frame, FilterHalves(denoiser, window.part.frame, cancel),
                               window.noise),
                   &errors);
     }
-    *seconds = (denoiser.GetNeeds().halves ? 1 : 0.5) * Seconds(start) * whole_over_part_;
+    *seconds = 0.5 * Seconds(start) * whole_over_part_;
     return errors;
 }
 

@@ -27,8 +27,8 @@ class Trial {
     const Errors& base() const { return base_; }
     double base_seconds() const { return base_seconds_; }  // expected for the whole frame
 
-    // Of what the filter makes of the whole frame. `seconds`: expected for the whole frame. A
-    // filter that needs halves must give those of its result.
+    // Of what the filter makes of the whole frame. `seconds`: expected for that. The filter must do
+    // without halves.
     Errors Judge(const Denoiser& denoiser, const CancelToken& cancel, double* seconds) const;
 
     // Mean of `a` minus mean of `b`, and the standard error of that. Blocks are cut off where

@@ -128,6 +128,8 @@ int HaloOf(std::string_view filter) {
         // Window; bandwidths smoothed.
         {"wlr", 10 + 9 + 3},
         {"sbf-gradient", 10 + 2 + 1 + 16 + 16},
+        // Window; bandwidths smoothed.
+        {"wlr", 10 + 9 + 3},
     };
     return kHalos.at(filter);
 }
@@ -225,7 +227,8 @@ INSTANTIATE_TEST_SUITE_P(Filters, EveryPlanner,
 
 TEST(Filters, NothingInNothingOut) {
     const Frame frame = FrameFromFilm(MakeFilm(Truth{0, 0}, 4, 1));
-    for (const char* name : {"none", "bilateral", "gem", "nlm", "rd", "sbf", "sbf-gradient"}) {
+    for (const char* name :
+         {"none", "bilateral", "gem", "nlm", "rd", "sbf", "sbf-gradient", "wlr"}) {
         const Result result = RunDenoiser(*MakeDenoiser(name), frame, CancelToken{});
         EXPECT_TRUE(result.color[0].empty());
         EXPECT_EQ(AssembleLayers(frame, result, nullptr, true).pixel_count(), 0u);
@@ -328,9 +331,9 @@ TEST(Registry, UnknownNamesAreAnsweredWithTheKnownOnes) {
 }
 
 TEST(Registry, DescribesItselfSoThatItCanBeMadeAgain) {
-    for (const char* text :
-         {"none", "bilateral:mode=robust", "bilateral:mode=corrected",
-          "bilateral:mode=printed,taylor=3", "gem:gamma=0.3", "nlm", "rd", "sbf", "sbf-gradient"}) {
+    for (const char* text : {"none", "bilateral:mode=robust", "bilateral:mode=corrected",
+                             "bilateral:mode=printed,taylor=3", "gem:gamma=0.3", "nlm", "rd", "sbf",
+                             "sbf-gradient", "wlr"}) {
         EXPECT_EQ(MakeDenoiser(text)->Describe(), text);
         EXPECT_EQ(MakeDenoiser(MakeDenoiser(text)->Describe())->Describe(), text);
     }
@@ -338,7 +341,7 @@ TEST(Registry, DescribesItselfSoThatItCanBeMadeAgain) {
     EXPECT_EQ(MakeDenoiser("bilateral:mode=printed")->Describe(),
               "bilateral:mode=printed,taylor=8");
     for (const char* word : {"none ", "bilateral ", "mode=robust", "taylor=8", "gem ", "gamma=0.2",
-                             "sbf ", "nlm ", "rd ", "sbf-gradient "}) {
+                             "sbf ", "nlm ", "rd ", "wlr ", "sbf-gradient "}) {
         EXPECT_THAT(DescribeDenoisers(), HasSubstr(word));
     }
 }
