@@ -72,6 +72,9 @@ jobs::Budgets BudgetsOf(const v1::JobSpec& spec, const TileRect& window) {
     return budgets;
 }
 
+// Of a time limit, for the filter that chooses.
+constexpr double kFilterShare = 0.1;
+
 }  // namespace
 
 CheckedSpec CheckSpec(const v1::JobSpec& spec, const store::BlobStore& blobs) {
@@ -105,6 +108,10 @@ CheckedSpec CheckSpec(const v1::JobSpec& spec, const store::BlobStore& blobs) {
     const auto denoiser =
         denoise::MakeDenoiser(spec.filter().empty() ? kDefaultFilter : spec.filter());
     checked.filter = denoiser->Describe();
+    if (checked.budgets.seconds && checked.filter == "auto") {
+        checked.filter =
+            fmt::format("auto:seconds={:.3g}", kFilterShare * *checked.budgets.seconds);
+    }
 
     CheckMemory(checked.settings);
     CheckBlobs(checked.manifest, blobs);
