@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""The default filter takes no more than a scene needs, and the report says what it tried.
+"""The default filter takes no more than a scene needs, and says what it tried; methods plan by their own rules.
 
-    auto_test.py BIN_DIR SOURCE_DIR
+    filters_test.py BIN_DIR SOURCE_DIR
 """
 import json
 import pathlib
@@ -28,7 +28,7 @@ EVENLY_LIT = {
                   {'bufferView': 1, 'componentType': 5125, 'count': 3, 'type': 'SCALAR'}]}
 
 
-class AutoTest(unittest.TestCase):
+class FiltersTest(unittest.TestCase):
     def setUp(self):
         self.folder = pathlib.Path(tempfile.mkdtemp())
 
@@ -55,6 +55,20 @@ class AutoTest(unittest.TestCase):
         told = self.render(scene, '--size', '64x48', '--spp', '8', '--look-from', '0,0,3', '--look-at', '0,0,0')
         self.assertEqual(told['filter'], 'none')
         self.assertEqual(told['error']['relmse'], 0)
+
+    def test_methods_plan_and_filter_by_their_own_rules(self):
+        for method in ('gem', 'nlm', 'sbf', 'rd', 'wlr'):
+            digests = []
+            for workers in (1, 2):
+                report = self.folder / 'report.json'
+                relume('render', ROOM, '-o', self.folder / 'out.exr', '--report', report, '--quiet', '--size', '48x36',
+                       '--spp', '32', '--sampler', method, '--filter', method, '--workers', str(workers))
+                told = json.loads(report.read_text())
+                self.assertEqual(told['filter']['filter'].split(':')[0], method)
+                self.assertAlmostEqual(told['spp'], 32, delta=0.01)
+                self.assertGreaterEqual(len(told['passes']), 2)
+                digests.append(told['image']['sha256'])
+            self.assertEqual(*digests)
 
 
 if __name__ == '__main__':
