@@ -131,6 +131,12 @@ void RunSeed(const Options& options, const SampleStore& store, const Truth& trut
                              {"cpu_seconds", timed.cpu},
                              {"wall_seconds", timed.wall},
                              {"notes", timed.result.notes}});
+            if (const auto choice = denoiser->Choose(frame, {})) {
+                line["taken"] = choice->denoiser->Describe();
+                for (const auto& c : choice->candidates) {
+                    line["candidates"][c.filter] = {c.relmse, c.above_best, c.uncertainty};
+                }
+            }
             if (sheet != nullptr) {
                 sheet->push_back({filter, fmt::format("MrSE {:.3g}", score.mrse), Planes(image)});
             }

@@ -153,7 +153,8 @@ CandidateBank ComputeBank(const Frame& frame, const BilateralKernels& kernels,
     ForEachTile(frame, {0, frame.height}, kBankPlanes, kPairTile, cancel,
                 [&](const TileArea& tile, TilePlanes& planes) {
                     LoadBankPlanes(frame, guides, tile, &planes);
-                    AlignedFloats scratch(kPairScratch), sums(BankSum(kPairHeight, 0, 0));
+                    AlignedFloats scratch = AlignedFloats::Raw(kPairScratch);
+                    AlignedFloats sums = AlignedFloats::Raw(BankSum(kPairHeight, 0, 0));
                     kernels.bank(planes.planes()[0], tables, tile.height, scratch.data(),
                                  sums.data());
                     FinishTile(frame, tile, sums.data(), &bank);

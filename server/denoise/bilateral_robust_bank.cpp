@@ -115,8 +115,9 @@ void RobustBank::Extend(int until, const CancelToken& cancel) {
                         load(kRobustNoise + c, guide_.variance[static_cast<std::size_t>(c)]);
                     }
                     load(kRobustShare, guide_.share);
-                    AlignedFloats scratch(2 * kPairScratch + kRobustScratch);
-                    AlignedFloats sums(static_cast<std::size_t>(RobustSum(kPairHeight, 0, 0)));
+                    AlignedFloats scratch = AlignedFloats::Raw(2 * kPairScratch + kRobustScratch);
+                    AlignedFloats sums =
+                        AlignedFloats::Raw(static_cast<std::size_t>(RobustSum(kPairHeight, 0, 0)));
                     kernels_.robust(planes.planes()[0], tables_, tile.height, scratch.data(),
                                     sums.data());
                     FinishTile(tile, sums.data());

@@ -65,11 +65,14 @@ void TilePlanes::Load(int index, const Plane& plane, int width, int height, int 
     const int left = x0 - shape_.halo, from = std::max(left, 0);
     const int until = std::clamp(left + static_cast<int>(stride_), from, std::max(width, from));
     for (int y = y0 - shape_.halo; y < y0 + shape_.height + shape_.halo; ++y, to += stride_) {
-        std::fill_n(to, stride_, outside);
-        if (y >= 0 && y < height) {
-            const auto row = plane.begin() + static_cast<std::ptrdiff_t>(y) * width;
-            std::copy(row + from, row + until, to + (from - left));
+        if (y < 0 || y >= height) {
+            std::fill_n(to, stride_, outside);
+            continue;
         }
+        const auto row = plane.begin() + static_cast<std::ptrdiff_t>(y) * width;
+        std::fill_n(to, from - left, outside);
+        std::copy(row + from, row + until, to + (from - left));
+        std::fill_n(to + (until - left), stride_ - (until - left), outside);
     }
 }
 

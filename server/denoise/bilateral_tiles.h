@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -19,17 +20,23 @@ struct Guides {
 };
 Guides MakeGuides(const Frame& frame);
 
-// Floats from a cache line's border on.
+// Floats from a cache line's border on: zeros, or whatever is there.
 class AlignedFloats {
   public:
-    explicit AlignedFloats(std::size_t size) : lines_((size + 15) / 16) {}
-    float* data() { return lines_.empty() ? nullptr : lines_[0].values; }
+    explicit AlignedFloats(std::size_t size) : lines_(std::make_unique<Line[]>(Lines(size))) {}
+    static AlignedFloats Raw(std::size_t size) {
+        return AlignedFloats(std::make_unique_for_overwrite<Line[]>(Lines(size)));
+    }
+    float* data() { return lines_[0].values; }
 
   private:
     struct alignas(64) Line {
         float values[16];
     };
-    std::vector<Line> lines_;
+    explicit AlignedFloats(std::unique_ptr<Line[]> lines) : lines_(std::move(lines)) {}
+    static std::size_t Lines(std::size_t size) { return size / 16 + 1; }
+
+    std::unique_ptr<Line[]> lines_;
 };
 
 struct TileShape {

@@ -72,6 +72,25 @@ std::vector<unsigned char> Find(const Frame& frame, const Plane& luminance, cons
     return found;
 }
 
+// Mean of the pixels around pixel i that are not `found`; the pixel itself if all are.
+float MeanAround(const Frame& frame, const std::vector<unsigned char>& found, const Plane& in,
+                 std::size_t i) {
+    const auto width = static_cast<std::size_t>(frame.width);
+    const Window w =
+        WindowAround(frame, static_cast<int>(i % width), static_cast<int>(i / width), kAround);
+    float sum = 0, pixels = 0;
+    for (int v = w.y0; v < w.y1; ++v) {
+        for (int u = w.x0; u < w.x1; ++u) {
+            const std::size_t j = static_cast<std::size_t>(v) * width + static_cast<std::size_t>(u);
+            if (found[j] == 0) {
+                sum += in[j];
+                ++pixels;
+            }
+        }
+    }
+    return pixels > 0 ? sum / pixels : in[i];
+}
+
 // Replaces the pixels `found` by the mean of those around that are not, and spreads the rest.
 void Spread(const Frame& frame, const std::vector<unsigned char>& found, Plane* plane) {
     const Plane in = *plane;
@@ -80,25 +99,10 @@ void Spread(const Frame& frame, const std::vector<unsigned char>& found, Plane* 
         if (found[i] == 0) {
             continue;
         }
-        const int x = static_cast<int>(i % width), y = static_cast<int>(i / width);
-        const Window w = WindowAround(frame, x, y, kAround);
-        float sum = 0, pixels = 0;
-        for (int v = w.y0; v < w.y1; ++v) {
-            for (int u = w.x0; u < w.x1; ++u) {
-                const std::size_t j =
-                    static_cast<std::size_t>(v) * width + static_cast<std::size_t>(u);
-                if (found[j] == 0) {
-                    sum += in[j];
-                    ++pixels;
-                }
-            }
-        }
-        if (pixels == 0) {
-            continue;
-        }
-        const float rest = in[i] - sum / pixels;
+        const float rest = in[i] - MeanAround(frame, found, in, i);
         (*plane)[i] -= rest;
-        const Window s = WindowAround(frame, x, y, kSpread);
+        const Window s =
+            WindowAround(frame, static_cast<int>(i % width), static_cast<int>(i / width), kSpread);
         const float each = rest / static_cast<float>((s.x1 - s.x0) * (s.y1 - s.y0));
         for (int v = s.y0; v < s.y1; ++v) {
             for (int u = s.x0; u < s.x1; ++u) {
@@ -110,29 +114,9 @@ void Spread(const Frame& frame, const std::vector<unsigned char>& found, Plane* 
 
 // The variance of those pixels becomes the mean of their neighbours'.
 void Calm(const Frame& frame, const std::vector<unsigned char>& found, Plane* variance) {
-    if (variance->empty()) {
-        return;
-    }
     const Plane in = *variance;
-    const auto width = static_cast<std::size_t>(frame.width);
     for (std::size_t i = 0; i < in.size(); ++i) {
-        if (found[i] == 0) {
-            continue;
-        }
-        const Window w =
-            WindowAround(frame, static_cast<int>(i % width), static_cast<int>(i / width), kAround);
-        float sum = 0, pixels = 0;
-        for (int v = w.y0; v < w.y1; ++v) {
-            for (int u = w.x0; u < w.x1; ++u) {
-                const std::size_t j =
-                    static_cast<std::size_t>(v) * width + static_cast<std::size_t>(u);
-                if (found[j] == 0) {
-                    sum += in[j];
-                    ++pixels;
-                }
-            }
-        }
-        (*variance)[i] = pixels > 0 ? sum / pixels : in[i];
+        (*variance)[i] = found[i] != 0 ? MeanAround(frame, found, in, i) : in[i];
     }
 }
 

@@ -11,13 +11,12 @@
 // around it (a Gaussian of 2 sigma) go on. No features. The estimated error is the pixel's variance
 // and what the steps taken added to it.
 //
-// The finest image is what the authors' renderer makes of the samples by its pixel filter, a
-// Gaussian of radius 2: pixels that bright samples have missed look free of noise by themselves,
-// and would stay black. So the result tends to that image, a little softer than a box filter's.
-//
-// What differs from the authors' program: samples count for their own pixel alone, so that the
-// finest image is found from the pixels' means; sums are divided by what of a kernel lies in the
-// image.
+// What differs from the authors' program, on purpose: samples count for their own pixel alone (box
+// filter), so that the finest image is the pixels themselves. A pixel that bright samples have
+// missed looks free of noise by itself, and would stay dark: a variance is at least the mean of
+// those of the 5x5 pixels around. The estimated error leaves out of a loss what the noise of c - f
+// has in it, which on flat ground is as much as the gain. Sums are divided by what of a kernel lies
+// in the image.
 //
 // Planner: the same with sigma = 1, 2, 4, 8 and the smoothed stops. The worst pixels, by error over
 // mean^2 + 1e-3 times b/(b + N), get a batch of b = 4 samples each, spread by their Gaussian: in
@@ -57,7 +56,7 @@ class Gem final : public Denoiser {
             const auto count = std::count(selection.scale.begin(), selection.scale.end(), s);
             const auto total = std::max<std::size_t>(selection.scale.size(), 1);
             const std::string name =
-                s < 0 ? "pixel filter"
+                s < 0 ? "none"
                       : fmt::format(", {:.3g} px", scales.sigma[static_cast<std::size_t>(s)]);
             shares += fmt::format("{}: {:.1f} %", name,
                                   100 * static_cast<double>(count) / static_cast<double>(total));

@@ -53,8 +53,8 @@ Plane PlanGemSamples(const GemSelection& selection, const GemScales& scales, int
     std::vector<std::size_t> picked = Worst(error, picks);
     std::erase_if(picked, [&](std::size_t i) { return error[i] <= 0; });
 
-    // The batches of each scale, spread together; those of the pixel filter stay in their pixel. A
-    // batch stays in the image: it is divided by what of its kernel lies there.
+    // The batches of each scale, spread together. A batch stays in the image: it is divided by what
+    // of its kernel lies there.
     for (int s = -1; s < static_cast<int>(scales.sigma.size()); ++s) {
         Plane batches(pixels, 0.0f);
         bool any = false;

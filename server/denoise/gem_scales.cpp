@@ -11,6 +11,7 @@ namespace relume::denoise {
 namespace {
 
 constexpr float kLargestOwnFlag = 0.01f;  // share of a pixel's own flag in the smoothed one
+constexpr int kPoolRadius = 2;            // of the window that a pixel's variance is compared with
 constexpr std::size_t kRowGrain = 8;
 
 // A frame's means, their variances and the samples behind them at one scale.
@@ -21,22 +22,41 @@ struct Level {
 
 class Ladder {
   public:
-    Ladder(const Frame& frame, const CancelToken& cancel) : frame_(frame), cancel_(cancel) {}
+    Ladder(const Frame& frame, const CancelToken& cancel)
+        : frame_(frame),
+          cancel_(cancel),
+          counts_(frame.count.empty() ? Plane(frame.pixel_count(), 1.0f) : frame.count) {
+        const Plane inside =
+            SumBox(Plane(frame.pixel_count(), 1.0f), frame.width, frame.height, kPoolRadius);
+        for (std::size_t c = 0; c < 3; ++c) {
+            variance_[c] = SumBox(frame.variance[c], frame.width, frame.height, kPoolRadius);
+            for (std::size_t i = 0; i < inside.size(); ++i) {
+                variance_[c][i] = std::max(frame.variance[c][i], variance_[c][i] / inside[i]);
+            }
+        }
+    }
 
-    // Means by `taps` both ways, with the variance that leaves.
-    Level Blurred(const std::vector<float>& taps) const {
+    // The pixels themselves.
+    Level Pixels() const {
+        return {{frame_.color[0], frame_.color[1], frame_.color[2]},
+                variance_,
+                counts_,
+                Plane(frame_.pixel_count(), 1.0f)};
+    }
+
+    Level Blurred(float sigma) const {
+        const std::vector<float> taps = GaussianTaps(sigma);
         std::vector<float> squares = taps;
         for (float& tap : squares) {
             tap *= tap;
         }
-        const float middle = squares[squares.size() / 2];
         const Sums sums(*this, taps), square_sums(*this, squares);
         Level level;
         for (std::size_t c = 0; c < 3; ++c) {
             level.mean[c] = Blur(frame_.color[c], taps);
-            level.variance[c] = Blur(frame_.variance[c], squares);
+            level.variance[c] = Blur(variance_[c], squares);
         }
-        level.samples = Blur(Counts(), taps);
+        level.samples = Blur(counts_, taps);
         level.own.resize(frame_.pixel_count());
         ForEachPixel([&](std::size_t i, int x, int y) {
             const float inverse = 1 / sums(x, y), squared = inverse * inverse;
@@ -45,7 +65,7 @@ class Ladder {
                 level.variance[c][i] *= squared;
             }
             level.samples[i] *= sums(x, y) / square_sums(x, y);
-            level.own[i] = middle * inverse;
+            level.own[i] = inverse;
         });
         return level;
     }
@@ -96,10 +116,6 @@ class Ladder {
         std::vector<float> across_, down_;
     };
 
-    Plane Counts() const {
-        return frame_.count.empty() ? Plane(frame_.pixel_count(), 1.0f) : frame_.count;
-    }
-
     Plane Blur(const Plane& plane, const std::vector<float>& taps) const {
         if (cancel_.cancelled()) {
             throw Error(ErrorCode::kCancelled, "the filter was cancelled");
@@ -109,12 +125,35 @@ class Ladder {
 
     const Frame& frame_;
     const CancelToken& cancel_;
+    Plane counts_;
+    std::array<Plane, 3> variance_;  // of a pixel, at least the mean of those around
 };
 
 // The squared bias of the coarser of two Gaussians less that of the finer, over their squared
 // difference: bias grows with the squared radius.
 float BiasFactor(float fine, float coarse) {
     return (coarse * coarse + fine * fine) / (coarse * coarse - fine * fine);
+}
+
+// Variance of the difference of two scales over that of the finer one, under noise that is the same
+// in all pixels. Taps along one axis, the finer's inside of the coarser's.
+float NoiseOfDifference(const std::vector<float>& fine, const std::vector<float>& coarse) {
+    const std::size_t shift = (coarse.size() - fine.size()) / 2;
+    float fine_sum = 0, coarse_sum = 0, fine_squares = 0, coarse_squares = 0, products = 0;
+    for (std::size_t k = 0; k < coarse.size(); ++k) {
+        const float c = coarse[k];
+        const float f = k >= shift && k - shift < fine.size() ? fine[k - shift] : 0.0f;
+        fine_sum += f;
+        coarse_sum += c;
+        fine_squares += f * f;
+        coarse_squares += c * c;
+        products += f * c;
+    }
+    // In two dimensions, over those of the finer one.
+    const float both = products * fine_sum / (fine_squares * coarse_sum);
+    const float alone =
+        coarse_squares * fine_sum * fine_sum / (fine_squares * coarse_sum * coarse_sum);
+    return 1 - 2 * both * both + alone * alone;
 }
 
 }  // namespace
@@ -138,7 +177,7 @@ float GemConfidence(float gamma, float samples) {
 GemSelection SelectScales(const Frame& frame, const GemScales& scales, const CancelToken& cancel) {
     const Ladder ladder(frame, cancel);
     const std::size_t pixels = frame.pixel_count();
-    Level fine = ladder.Blurred(PixelFilterTaps());
+    Level fine = ladder.Pixels();
     GemSelection selection;
     selection.scale.assign(pixels, -1);
     selection.mean = fine.mean;
@@ -152,9 +191,13 @@ GemSelection SelectScales(const Frame& frame, const GemScales& scales, const Can
     selection.own = fine.own;
     std::vector<unsigned char> stopped(pixels, 0);
     const float trust = GemConfidence(scales.gamma, INFINITY);
+    std::vector<float> fine_taps = {1};
     for (std::size_t s = 0; s < scales.sigma.size(); ++s) {
-        Level coarse = ladder.Blurred(GaussianTaps(scales.sigma[s]));
+        Level coarse = ladder.Blurred(scales.sigma[s]);
         const float factor = s == 0 ? 1 : BiasFactor(scales.sigma[s - 1], scales.sigma[s]);
+        const std::vector<float> coarse_taps = GaussianTaps(scales.sigma[s]);
+        const float noise = NoiseOfDifference(fine_taps, coarse_taps);
+        fine_taps = coarse_taps;
         Plane flag(pixels), change(pixels);  // change: of the estimated error
         ladder.ForEachPixel([&](std::size_t i, int, int) {
             const float z = trust * (1 - 1 / std::max(coarse.samples[i], 1.0f));
@@ -164,7 +207,8 @@ GemSelection SelectScales(const Frame& frame, const GemScales& scales, const Can
                 const float loss = factor * difference * difference;
                 const float gain = fine.variance[c][i] - coarse.variance[c][i];
                 balance += z * loss - gain;
-                change[i] += (loss - gain) * (1.0f / 3.0f);
+                const float by_noise = factor * noise * fine.variance[c][i];
+                change[i] += (loss - by_noise - gain) * (1.0f / 3.0f);
             }
             flag[i] = balance >= 0 ? 1.0f : 0.0f;
         });

@@ -19,7 +19,7 @@ struct GemScales {
 };
 GemScales FinalGemScales(float gamma), PlanGemScales(float gamma);
 
-// `scale`: index of sigma, -1 for the pixel filter (PixelFilterTaps).
+// `scale`: index of sigma, -1 for the pixel itself.
 struct GemSelection {
     std::vector<signed char> scale;
     std::array<Plane, 3> mean;  // at that scale

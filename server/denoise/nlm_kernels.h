@@ -9,6 +9,7 @@ namespace relume::denoise {
 // their width.
 inline constexpr int kNlmLanes = 16;
 inline constexpr int kNlmChannels = 3;  // of a guide, at most
+inline constexpr int kNlmBoxRows = 4;   // that a box filter sums at a time
 
 // Planes of a guide at the first pixel of a region, and what a distance is made of (NlmOptions).
 struct NlmPair {
@@ -45,11 +46,10 @@ struct NlmKernels {
     void (*between)(const NlmPair& pair, int width, int height, float* out, std::ptrdiff_t stride);
     // What the distances become if the pixel's own values are `factor` times what they are.
     void (*nudge)(const NlmPair& pair, const NlmNudge& nudge, int width, int height);
-    // out = (sum over the (2 radius + 1)^2 window of `in`) x across[x] x down[y], or the larger of
-    // that and `out`. `in` points at the pixel of out[0]; `row` has width + 2 radius + kNlmLanes
-    // floats.
+    // out = (sum over the (2 radius + 1)^2 window of `in`) x across[x] x down[y]. `in` points at
+    // the pixel of out[0]; `rows` has kNlmBoxRows times width + 2 radius + 2 kNlmLanes floats.
     void (*box)(const float* in, std::ptrdiff_t in_stride, int radius, int width, int height,
-                const float* across, const float* down, bool keep_larger, float* row, float* out,
+                const float* across, const float* down, float* rows, float* out,
                 std::ptrdiff_t stride);
     // exp(-max(0, distance)), in place; below exp(-40) it is 0.
     void (*weights)(float* plane, std::ptrdiff_t stride, int width, int height);

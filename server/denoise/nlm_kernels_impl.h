@@ -161,25 +161,107 @@ void Nudge(const NlmPair& pair, const NlmNudge& nudge, int width, int height) {
     }
 }
 
+// Sums of 7 values each are made of sums of two, which neighbouring ones share; all in one order,
+// (01 + 23) + (45 + 6).
+template <int kRows>
+inline void SumSevenRows(const float* first, std::ptrdiff_t stride, Floats (&sums)[kRows]) {
+    Floats value[kRows + 6], pair[kRows + 5];
+#pragma GCC unroll 10
+    for (int k = 0; k < kRows + 6; ++k) {
+        value[k] = Load(first + k * stride);
+    }
+#pragma GCC unroll 9
+    for (int k = 0; k < kRows + 5; ++k) {
+        pair[k] = value[k] + value[k + 1];
+    }
+#pragma GCC unroll 4
+    for (int r = 0; r < kRows; ++r) {
+        sums[r] = (pair[r] + pair[r + 2]) + (pair[r + 4] + value[r + 6]);
+    }
+}
+
+#if RELUME_LANES == 16
+// a[kBy ..] followed by b.
+template <int kBy>
+inline Floats Shift(Floats a, Floats b) {
+    return __builtin_shufflevector(a, b, kBy, kBy + 1, kBy + 2, kBy + 3, kBy + 4, kBy + 5, kBy + 6,
+                                   kBy + 7, kBy + 8, kBy + 9, kBy + 10, kBy + 11, kBy + 12,
+                                   kBy + 13, kBy + 14, kBy + 15);
+}
+#endif
+
+// Calls use(x, sum of row[x .. x + 6]) along a row.
+template <typename Use>
+inline void SumSevenAlong(const float* row, int width, const Use& use) {
+#if RELUME_LANES == 16
+    // Neighbours come from registers: a load that crosses a cache line costs two.
+    Floats value = Load(row), next = Load(row + 16);
+    Floats pair = value + Shift<1>(value, next);
+    for (int x = 0; x < width; x += 16) {
+        const Floats after = Load(row + x + 32);
+        const Floats next_pair = next + Shift<1>(next, after);
+        use(x, (pair + Shift<2>(pair, next_pair)) +
+                   (Shift<4>(pair, next_pair) + Shift<6>(value, next)));
+        value = next;
+        next = after;
+        pair = next_pair;
+    }
+#else
+    for (int x = 0; x < width; x += RELUME_LANES) {
+        Floats sum[1];
+        SumSevenRows(row + x, 1, sum);
+        use(x, sum[0]);
+    }
+#endif
+}
+
+template <int kRows>
+inline void BoxSevenRows(const float* in, std::ptrdiff_t in_stride, int width, const float* across,
+                         const float* down, float* rows, float* out, std::ptrdiff_t stride) {
+    const int row_size = width + 6 + 2 * kNlmLanes;
+    for (int x = 0; x < width + 6; x += RELUME_LANES) {
+        Floats sums[kRows];
+        SumSevenRows(in - 3 * in_stride - 3 + x, in_stride, sums);
+        for (int r = 0; r < kRows; ++r) {
+            Store(rows + r * row_size + x, sums[r]);
+        }
+    }
+    for (int r = 0; r < kRows; ++r) {
+        SumSevenAlong(rows + r * row_size, width, [&](int x, Floats sum) {
+            Store(out + r * stride + x, sum * (Load(across + x) * down[r]));
+        });
+    }
+}
+
 void Box(const float* in, std::ptrdiff_t in_stride, int radius, int width, int height,
-         const float* across, const float* down, bool keep_larger, float* row, float* out,
-         std::ptrdiff_t stride) {
-    for (int y = 0; y < height; ++y, out += stride) {
+         const float* across, const float* down, float* rows, float* out, std::ptrdiff_t stride) {
+    int y = 0;
+    if (radius == 3) {
+        for (; y + kNlmBoxRows <= height; y += kNlmBoxRows) {
+            BoxSevenRows<kNlmBoxRows>(in + y * in_stride, in_stride, width, across, down + y, rows,
+                                      out + y * stride, stride);
+        }
+        for (; y < height; ++y) {
+            BoxSevenRows<1>(in + y * in_stride, in_stride, width, across, down + y, rows,
+                            out + y * stride, stride);
+        }
+        return;
+    }
+    for (; y < height; ++y, out += stride) {
         const float* first = in + (y - radius) * in_stride - radius;
         for (int x = 0; x < width + 2 * radius; x += RELUME_LANES) {
             Floats sum = Load(first + x);
             for (int k = 1; k <= 2 * radius; ++k) {
                 sum += Load(first + k * in_stride + x);
             }
-            Store(row + x, sum);
+            Store(rows + x, sum);
         }
         for (int x = 0; x < width; x += RELUME_LANES) {
-            Floats sum = Load(row + x);
+            Floats sum = Load(rows + x);
             for (int k = 1; k <= 2 * radius; ++k) {
-                sum += Load(row + x + k);
+                sum += Load(rows + x + k);
             }
-            sum *= Load(across + x) * down[y];
-            Store(out + x, keep_larger ? Max(sum, Load(out + x)) : sum);
+            Store(out + x, sum * (Load(across + x) * down[y]));
         }
     }
 }

@@ -37,9 +37,10 @@ NlmWeights::NlmWeights(const NlmOptions& options, int radius, int max_width, int
         plane->resize(static_cast<std::size_t>(
             out_stride_ * (max_height + 2 * options.weight_patch) + kNlmLanes));
     }
-    row_.resize(static_cast<std::size_t>(RoundUp(max_width + outer) + kNlmLanes));
+    const auto row_size = static_cast<std::size_t>(max_width + outer + 2 * kNlmLanes);
+    rows_.resize(kNlmBoxRows * row_size);
     for (Counts& counts : counts_) {
-        counts.across.resize(row_.size());
+        counts.across.resize(row_size);
         counts.down.resize(static_cast<std::size_t>(max_height + outer));
     }
 }
@@ -74,15 +75,15 @@ void NlmWeights::FillInverseCounts(const TileRect& area, const TileRect& keep, i
     fill(area.y0, area.y1, keep.y0, keep.y1, counts->down.data());
 }
 
-NlmPair NlmWeights::PairAt(const TileRect& area, int dx, int dy, int first, int count) const {
+NlmPair NlmWeights::PairAt(const TileRect& area, int dx, int dy) const {
     NlmPair pair{};
     const std::ptrdiff_t stride = value_[0].stride();
     const std::ptrdiff_t at = (area.y0 - tile_.y0) * stride + area.x0 - tile_.x0;
-    for (int c = 0; c < count; ++c) {
-        pair.value[c] = value_[static_cast<std::size_t>(first + c)].origin() + at;
-        pair.variance[c] = variance_[static_cast<std::size_t>(first + c)].origin() + at;
+    for (int c = 0; c < channels_; ++c) {
+        pair.value[c] = value_[static_cast<std::size_t>(c)].origin() + at;
+        pair.variance[c] = variance_[static_cast<std::size_t>(c)].origin() + at;
     }
-    pair.channels = count;
+    pair.channels = channels_;
     pair.stride = stride;
     pair.shift = dy * stride + dx;
     pair.alpha = options_.alpha;
@@ -96,7 +97,7 @@ NlmPair NlmWeights::PairAt(const TileRect& area, int dx, int dy, int first, int 
 // Mean over the patch of the plane `raw`, which holds the distances of `raw_area`, for the tile and
 // its margin; `keep` is where they are distances between pixels of the image.
 void NlmWeights::BoxInto(const float* raw, const TileRect& raw_area, const TileRect& keep,
-                         bool keep_larger, NlmDirection direction) {
+                         NlmDirection direction) {
     const TileRect area = Grow(tile_, options_.weight_patch);
     std::vector<float>& out = direction == kForward    ? forward_
                               : direction == kBackward ? backward_
@@ -105,7 +106,7 @@ void NlmWeights::BoxInto(const float* raw, const TileRect& raw_area, const TileR
     FillInverseCounts(area, keep, options_.patch, &counts);
     kernels_.box(raw + (area.y0 - raw_area.y0) * raw_stride_ + area.x0 - raw_area.x0, raw_stride_,
                  options_.patch, area.width(), area.height(), counts.across.data(),
-                 counts.down.data(), keep_larger, row_.data(), out.data(), out_stride_);
+                 counts.down.data(), rows_.data(), out.data(), out_stride_);
     FillOutside(out.data(), out_stride_, area, keep, kNlmOutside);
 }
 
@@ -117,20 +118,17 @@ void NlmWeights::ComputeDistances(int dx, int dy) {
     const TileRect moved = {pairs.x0 + dx, pairs.y0 + dy, pairs.x1 + dx, pairs.y1 + dy};
     const TileRect ahead = Inside(dx, dy), behind = Inside(-dx, -dy);
     const TileRect both = Intersect(ahead, behind);
-    const int step = options_.least_of_channels ? 1 : channels_;
-    for (int c = 0; c < channels_; c += step) {
-        kernels_.pair(PairAt(pairs, dx, dy, c, step), pairs.width(), pairs.height(), raw_[0].data(),
-                      raw_[1].data(), raw_stride_);
-        FillOutside(raw_[0].data(), raw_stride_, pairs, ahead, 0);
-        FillOutside(raw_[1].data(), raw_stride_, pairs, ahead, 0);
-        BoxInto(raw_[0].data(), pairs, ahead, c > 0, kForward);
-        BoxInto(raw_[1].data(), moved, behind, c > 0, kBackward);
-        if (options_.symmetric) {
-            kernels_.between(PairAt(patched, dx, dy, c, step), patched.width(), patched.height(),
-                             raw_[0].data(), raw_stride_);
-            FillOutside(raw_[0].data(), raw_stride_, patched, both, 0);
-            BoxInto(raw_[0].data(), patched, both, c > 0, kBetween);
-        }
+    kernels_.pair(PairAt(pairs, dx, dy), pairs.width(), pairs.height(), raw_[0].data(),
+                  raw_[1].data(), raw_stride_);
+    FillOutside(raw_[0].data(), raw_stride_, pairs, ahead, 0);
+    FillOutside(raw_[1].data(), raw_stride_, pairs, ahead, 0);
+    BoxInto(raw_[0].data(), pairs, ahead, kForward);
+    BoxInto(raw_[1].data(), moved, behind, kBackward);
+    if (options_.symmetric) {
+        kernels_.between(PairAt(patched, dx, dy), patched.width(), patched.height(), raw_[0].data(),
+                         raw_stride_);
+        FillOutside(raw_[0].data(), raw_stride_, patched, both, 0);
+        BoxInto(raw_[0].data(), patched, both, kBetween);
     }
 }
 
@@ -157,7 +155,7 @@ void NlmWeights::ComputeNudgedDistances(int dx, int dy, float factor) {
         nudge.nudged[d] = nudged_[d].data();
     }
     nudge.stride = out_stride_;
-    kernels_.nudge(PairAt(tile_, dx, dy, 0, channels_), nudge, tile_.width(), tile_.height());
+    kernels_.nudge(PairAt(tile_, dx, dy), nudge, tile_.width(), tile_.height());
 }
 
 // Replaces the weights by their mean over the patch, of those that have a neighbour in the image.
@@ -166,7 +164,7 @@ void NlmWeights::SmoothWeights(const TileRect& keep, std::vector<float>* plane) 
     FillInverseCounts(tile_, keep, options_.weight_patch, &counts);
     const std::ptrdiff_t at = options_.weight_patch * (out_stride_ + 1);
     kernels_.box(plane->data() + at, out_stride_, options_.weight_patch, tile_.width(),
-                 tile_.height(), counts.across.data(), counts.down.data(), false, row_.data(),
+                 tile_.height(), counts.across.data(), counts.down.data(), rows_.data(),
                  smooth_.data() + at, out_stride_);
     FillOutside(smooth_.data() + at, out_stride_, tile_, keep, 0);
     plane->swap(smooth_);

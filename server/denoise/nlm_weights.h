@@ -23,8 +23,6 @@ struct NlmOptions {
     float epsilon = 1e-10f;
     float largest = 1e4f;  // keeps a firefly's distance finite
     int patch = 3;         // pixels: (2 patch + 1)^2
-    // Each channel has a patch distance of its own, and the largest counts: the least weight.
-    bool least_of_channels = false;
     // The denominator is epsilon + 2 k^2 v_i: the neighbour's variance has no part in it.
     bool own_variance = false;
     // The pairwise trick: with w1, w2 the weights of i + d and i - d, and ws that of their mean
@@ -69,7 +67,7 @@ class NlmWeights {
 
     // After ComputeDistances(dx, dy): what forward(), backward() and between() would hold for each
     // pixel if the guide had `factor` times its value in that pixel alone; in nudged(kForward) etc.
-    // Not with least_of_channels, own_variance or weight_patch.
+    // Not with own_variance or weight_patch.
     void ComputeNudgedDistances(int dx, int dy, float factor);
 
     // At the tile's first pixel, rows stride() apart; valid until the next Compute.
@@ -88,13 +86,13 @@ class NlmWeights {
         return plane.data() + options_.weight_patch * (out_stride_ + 1);
     }
     TileRect Inside(int dx, int dy) const;
-    NlmPair PairAt(const TileRect& area, int dx, int dy, int first, int count) const;
+    NlmPair PairAt(const TileRect& area, int dx, int dy) const;
     struct Counts {
         std::vector<float> across, down;
     };
     void FillInverseCounts(const TileRect& area, const TileRect& keep, int patch,
                            Counts* counts) const;
-    void BoxInto(const float* raw, const TileRect& raw_area, const TileRect& keep, bool keep_larger,
+    void BoxInto(const float* raw, const TileRect& raw_area, const TileRect& keep,
                  NlmDirection direction);
     void SmoothWeights(const TileRect& keep, std::vector<float>* plane);
 
@@ -108,7 +106,7 @@ class NlmWeights {
     std::vector<HaloPlane> value_, variance_;  // a channel each
     std::ptrdiff_t raw_stride_, out_stride_;
     std::vector<float> raw_[2];  // distances without patch
-    std::vector<float> row_;
+    std::vector<float> rows_;
     Counts counts_[kNlmDirections];  // one over the number of patch pixels: columns times rows
     std::vector<float> forward_, backward_, between_, smooth_;
     std::vector<float> inside_, nudged_[kNlmDirections];  // of ComputeNudgedDistances alone

@@ -40,13 +40,13 @@ class PairRow {
 
 inline int RoundUp(int value) { return (value + RELUME_LANES - 1) / RELUME_LANES * RELUME_LANES; }
 
-// Fills the rows of one distance. `Pair` has kKinds, Center, LoadCenter(at) and Exponents(center,
-// at, e): weights are exp(-e).
+// Fills a row's weights with the row `below` it, for those 0 <= dx <= radius whose spatial[dx] is
+// not 0. `Pair` has kKinds, Center, LoadCenter(at) and Exponents(center, at, e): kinds of weights
+// are exp(-e), but the last kExponents, which stay e.
 template <class Pair>
-inline void WeighRow(const Pair& pair, std::ptrdiff_t row, std::ptrdiff_t below, int dx,
-                     const PairRow<Pair::kKinds>& to) {
+inline void WeighRow(const Pair& pair, std::ptrdiff_t row, std::ptrdiff_t below, int radius,
+                     const float (&spatial)[kBankRadius + 1], const PairRow<Pair::kKinds>& to) {
     constexpr int kKinds = Pair::kKinds;
-    const int reach = RoundUp(dx);
     const auto weigh = [&](const typename Pair::Center& center, int x, int step, float* first) {
         Floats e[kKinds];
         pair.Exponents(center, row + below + x + step, e);
@@ -54,31 +54,62 @@ inline void WeighRow(const Pair& pair, std::ptrdiff_t row, std::ptrdiff_t below,
             Store(first + k * PairRow<kKinds>::kStride + x, e[k]);
         }
     };
-    float* right = to.right(dx, 0);
-    float* left = to.left(dx, 0);
-    const bool both = dx != 0 && below != 0;
+    // Within a row, (x, x - dx) is (x - dx, x) seen from the other end.
+    const bool same_row = below == 0;
+    const int reach = RoundUp(radius);
     for (int x = -reach; x < 0; x += RELUME_LANES) {
-        weigh(pair.LoadCenter(row + x), x, dx, right);
+        const auto center = pair.LoadCenter(row + x);
+        for (int dx = -x - RELUME_LANES + 1; dx <= radius; ++dx) {
+            if (spatial[dx] != 0) {
+                weigh(center, x, dx, to.right(dx, 0));
+            }
+        }
     }
     for (int x = 0; x < kPairWidth; x += RELUME_LANES) {
         const auto center = pair.LoadCenter(row + x);
-        weigh(center, x, dx, right);
-        if (both) {
-            weigh(center, x, -dx, left);
+        if (!same_row && spatial[0] != 0) {
+            weigh(center, x, 0, to.right(0, 0));
+        }
+        for (int dx = 1; dx <= radius; ++dx) {
+            if (spatial[dx] == 0) {
+                continue;
+            }
+            if (same_row) {
+                weigh(center, x, dx, to.right(dx, 0));
+            } else {
+                // Two at once: while one waits for its division, the other one goes on.
+                Floats right[kKinds], left[kKinds];
+                pair.Exponents(center, row + below + x + dx, right);
+                pair.Exponents(center, row + below + x - dx, left);
+                for (int k = 0; k < kKinds; ++k) {
+                    Store(to.right(dx, k) + x, right[k]);
+                    Store(to.left(dx, k) + x, left[k]);
+                }
+            }
         }
     }
-    for (int x = kPairWidth; both && x < kPairWidth + reach; x += RELUME_LANES) {
-        weigh(pair.LoadCenter(row + x), x, -dx, left);
+    for (int x = kPairWidth; !same_row && x < kPairWidth + reach; x += RELUME_LANES) {
+        const auto center = pair.LoadCenter(row + x);
+        for (int dx = x - kPairWidth + 1; dx <= radius; ++dx) {
+            if (spatial[dx] != 0) {
+                weigh(center, x, -dx, to.left(dx, 0));
+            }
+        }
     }
     const auto exponentiate = [](float* at, int from, int until) {
         for (int x = from; x < until; x += RELUME_LANES) {
             Store(at + x, ExpOfMinus(Load(at + x), kLargestExponent));
         }
     };
-    for (int k = 0; k < kKinds - Pair::kExponents; ++k) {
-        exponentiate(to.right(dx, k), -reach, kPairWidth);
-        if (both) {
-            exponentiate(to.left(dx, k), 0, kPairWidth + reach);
+    for (int dx = same_row ? 1 : 0; dx <= radius; ++dx) {
+        if (spatial[dx] == 0) {
+            continue;
+        }
+        for (int k = 0; k < kKinds - Pair::kExponents; ++k) {
+            exponentiate(to.right(dx, k), -RoundUp(dx), kPairWidth);
+            if (!same_row && dx > 0) {
+                exponentiate(to.left(dx, k), 0, kPairWidth + RoundUp(dx));
+            }
         }
     }
 }
@@ -126,11 +157,7 @@ inline void ForEachRow(const Pair& pair, int radius,
             // The rows from y - dy to y are kept, in turn.
             const Row here(scratch + (y + dy) % (dy + 1) * Row::kSize);
             const Row there(scratch + (y + dy + 1) % (dy + 1) * Row::kSize);
-            for (int dx = dy == 0 ? 1 : 0; dx <= radius; ++dx) {
-                if (spatial[dy][dx] != 0) {
-                    WeighRow(pair, y * kPairStride, below, dx, here);
-                }
-            }
+            WeighRow(pair, y * kPairStride, below, radius, spatial[dy], here);
             if (y >= 0) {
                 add(RowRings<Pair::kKinds>{here, there, below}, y, dy);
             }

@@ -80,20 +80,6 @@ std::vector<float> GaussianTaps(float sigma) {
     return taps;
 }
 
-std::vector<float> PixelFilterTaps() {
-    constexpr int kSteps = 64;
-    std::vector<float> taps;
-    for (int k = -2; k <= 2; ++k) {
-        double sum = 0;
-        for (int s = 0; s < kSteps; ++s) {
-            const double d = k + (s + 0.5) / kSteps - 0.5;
-            sum += std::max(0.0, std::exp(-2 * d * d) - std::exp(-8.0));
-        }
-        taps.push_back(static_cast<float>(sum / kSteps));
-    }
-    return taps;
-}
-
 Plane BlurGaussian(const Plane& in, int width, int height, float sigma) {
     return BlurByTaps(in, width, height, GaussianTaps(sigma));
 }

@@ -26,10 +26,6 @@ Plane BlurByTaps(const Plane& in, int width, int height, const std::vector<float
 // exp(-k^2/(2 sigma^2)) for k in [-r, r], r = 3 sigma rounded up; `sigma` in pixels.
 std::vector<float> GaussianTaps(float sigma);
 
-// What PBRT's pixel filter, exp(-2 d^2) - exp(-8) up to 2 pixels both ways, gives at each of five
-// pixels to samples that lie anywhere in the middle one.
-std::vector<float> PixelFilterTaps();
-
 // Gaussian of `sigma` pixels, cut at 3 sigma, weights normalised over what lies in the image.
 Plane BlurGaussian(const Plane& in, int width, int height, float sigma);
 

@@ -15,6 +15,22 @@ constexpr float kFeatureSigma[3] = {0.8f, 0.25f, 0.6f};
 constexpr float kVarianceFloor = 1e-2f;
 constexpr int kBandRows = 2 * kPairHeight;
 
+// What PBRT's pixel filter, exp(-2 d^2) - exp(-8) up to 2 pixels both ways, gives at each of five
+// pixels to samples that lie anywhere in the middle one.
+std::vector<float> PixelFilterTaps() {
+    constexpr int kSteps = 64;
+    std::vector<float> taps;
+    for (int k = -2; k <= 2; ++k) {
+        double sum = 0;
+        for (int s = 0; s < kSteps; ++s) {
+            const double d = k + (s + 0.5) / kSteps - 0.5;
+            sum += std::max(0.0, std::exp(-2 * d * d) - std::exp(-8.0));
+        }
+        taps.push_back(static_cast<float>(sum / kSteps));
+    }
+    return taps;
+}
+
 template <typename Fn>
 void ForEachPlane(SbfCandidate* candidate, const Fn& fn) {
     for (Plane& plane : candidate->filtered) {
@@ -137,8 +153,9 @@ void SbfBank::Extend(int until, const CancelToken& cancel) {
                     for (int c = 0; c < kSbfColors; ++c) {
                         load(kSbfData + c, frame_.color[c]);
                     }
-                    AlignedFloats scratch(kinds * kPairScratch);
-                    AlignedFloats sums(static_cast<std::size_t>(SbfSum(size(), kPairHeight, 0, 0)));
+                    AlignedFloats scratch = AlignedFloats::Raw(kinds * kPairScratch);
+                    AlignedFloats sums = AlignedFloats::Raw(
+                        static_cast<std::size_t>(SbfSum(size(), kPairHeight, 0, 0)));
                     kernels_.bank(planes.planes()[0], tables_, size(), tile.height, scratch.data(),
                                   sums.data());
                     FinishTile(tile, sums.data());
@@ -181,12 +198,15 @@ std::vector<Plane> SbfBank::Smooth(const std::vector<const Plane*>& planes, int 
         frame_, {from, to}, kSbfData + count, kPairTile, cancel,
         [&](const TileArea& tile, TilePlanes& scratch) {
             LoadGuides(tile, &scratch);
-            for (std::size_t p = 0; p < planes.size(); ++p) {
-                scratch.Load(kSbfData + static_cast<int>(p), *planes[p], frame_.width,
-                             end_ - begin_, tile.x0, tile.y0 - begin_, 0);
+            for (std::size_t p = 0; p < static_cast<std::size_t>(count); ++p) {
+                // The last group's places must hold something.
+                const Plane& plane = *planes[std::min(p, planes.size() - 1)];
+                scratch.Load(kSbfData + static_cast<int>(p), plane, frame_.width, end_ - begin_,
+                             tile.x0, tile.y0 - begin_, 0);
             }
-            AlignedFloats weights(kPairScratch);
-            AlignedFloats sums(static_cast<std::size_t>(count * kPairWidth * kPairHeight));
+            AlignedFloats weights = AlignedFloats::Raw(kPairScratch);
+            AlignedFloats sums =
+                AlignedFloats::Raw(static_cast<std::size_t>(count * kPairWidth * kPairHeight));
             kernels_.smooth(scratch.planes()[0], tables_, k, groups, tile.height, weights.data(),
                             sums.data());
             for (std::size_t p = 0; p < planes.size(); ++p) {

@@ -9,6 +9,7 @@
 #include "core/image/exr.h"
 #include "core/image/metrics.h"
 #include "server/denoise/denoiser.h"
+#include "server/denoise/halves.h"
 #include "server/denoise/nfor_features.h"
 #include "server/denoise/output_image.h"
 #include "tests/unit/denoise/synthetic.h"
@@ -95,14 +96,16 @@ TEST(Nfor, LeavesOutWhatIsTheSameEverywhere) {
     EXPECT_EQ(Filter(frame).notes.at("features"), "none");
 }
 
-TEST(Nfor, NeedsHalves) {
-    Frame frame = MakeGaussianFrame({20, 10}, 8);
-    for (auto& half : frame.half) {
-        for (auto& plane : half) {
-            plane.clear();
-        }
-    }
-    EXPECT_THROW((void)Filter(frame), Error);
+TEST(Nfor, DoesWithOneHalf) {
+    const Truth truth{96, 64};
+    const Frame frame = FrameFromFilm(MakeFilm(truth, 16, 5));
+    const Frame half = HalfFrame(frame, 0);
+    const Result one = RunDenoiser(*MakeDenoiser("nfor"), half, CancelToken());
+    const Result both = RunDenoiser(*MakeDenoiser("nfor"), frame, CancelToken());
+    EXPECT_LT(MrSE(truth, one.color, 0, 96), 0.25 * MrSE(truth, half.color, 0, 96));
+    EXPECT_LT(MrSE(truth, both.color, 0, 96), MrSE(truth, one.color, 0, 96));
+    EXPECT_EQ(one.notes.at("halves"), "none: one fit");
+    EXPECT_EQ(both.notes.count("halves"), 0u);
 }
 
 TEST(Nfor, BitsDoNotDependOnThreads) {

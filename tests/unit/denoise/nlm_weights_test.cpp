@@ -39,9 +39,9 @@ NlmGuide GuideOf(const Frame& frame, float scale = 1) {
 std::vector<NlmOptions> SomeOptions() {
     std::vector<NlmOptions> all(8);
     all[1] = {.k = 1, .alpha = 0.5f, .epsilon = 1e-3f, .patch = 0};
-    all[2] = {.k = 0.7f, .largest = 2, .patch = 1, .least_of_channels = true};
+    all[2] = {.k = 0.7f, .largest = 2, .patch = 1};
     all[3] = {.symmetric = true};
-    all[4] = {.patch = 2, .least_of_channels = true, .symmetric = true};
+    all[4] = {.patch = 2, .symmetric = true};
     all[5] = {.symmetric = true, .weight_patch = 3, .least_weight = 0.05f};
     all[6] = {.k = 0.45f, .patch = 1, .weight_patch = 1, .least_weight = 0.4f};
     all[7] = {.patch = 2, .own_variance = true, .symmetric = true};

@@ -42,7 +42,7 @@ double ReferenceNlm::PatchDistance(int x, int y, int dx, int dy, bool between) c
     for (const double s : sum) {
         mean += s / count / static_cast<double>(channels);
     }
-    return options_.least_of_channels ? *std::ranges::max_element(sum) / count : mean;
+    return mean;
 }
 
 double ReferenceNlm::Distance(int x, int y, int dx, int dy) const {
