@@ -67,9 +67,10 @@ Film MakeFilm(const TileRect& window, int display_width, int display_height, con
             if (hook) {
                 hook(x, y, s, &sample);
             }
-            result.samples.push_back(moments.Add(static_cast<std::uint32_t>(s), sample)
-                                         ? MakeRecord(x, y, sample, light, &place)
-                                         : SampleRecord::Bad());
+            // Made in any case: the generators must go on alike.
+            const SampleRecord record = MakeRecord(x, y, sample, light, &place);
+            const bool good = moments.Add(static_cast<std::uint32_t>(s), sample);
+            result.samples.push_back(good ? record : SampleRecord::Bad());
         }
         moments.Store(result.planes.data() + i, pixels);
         result.pixels.push_back(static_cast<std::uint32_t>(i));
