@@ -24,8 +24,8 @@ struct SampleRecord {
     // has a first one on the far side of its bounding sphere, without normal, and with what it sees
     // there, clamped to 1, as albedo.
     Hit hits[2];
-    // Numbers in [0, 1) that the sample was drawn with: lens 2, time 1, and 2 of the place on the
-    // light that the first vertex samples. 0 where the scene has no use for them.
+    // Numbers in [0, 1) that the sample was drawn with: 2 of the lens, or of the first vertex's
+    // direction if there is none; time 1; 2 of the first vertex's place on a light. 0: not used.
     float random[5] = {};
 
     // In the place of a sample with a NaN or an infinity.

@@ -17,7 +17,8 @@
 // What differs from the paper: positions are compared in units of the frame's extent, where the
 // authors' 0.1 is one of theirs; Gaussian offsets are rounded, and those that meet the pixel itself
 // are left out, since it is in already; at most 131072 neighbours. The random numbers are those of
-// lens, time and light; what hangs on a path's directions is told by the second hit's features.
+// lens, time and light; a pinhole's are those of the first direction. What hangs on it otherwise is
+// told by the second hit's features.
 //
 // Estimated error: the squared difference to the unfiltered pixel less the variance of that. The
 // pixel's own noise that is left, a small part, is not in it.

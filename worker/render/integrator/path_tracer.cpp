@@ -122,7 +122,8 @@ void PathTracer::Start(const SampleRequest& request, Path* path) const {
     }
 }
 
-// The random numbers of the sample: those that the scene has no use for stay 0.
+// The random numbers of the sample. A pinhole leaves room for those of the first direction, which
+// most of the noise is of.
 void PathTracer::BeginRecord(Path* path) const {
     SampleRecord* record = path->record;
     const Vec2f in_pixel = path->sampler.Pair(kPixelDimension);
@@ -132,6 +133,10 @@ void PathTracer::BeginRecord(Path* path) const {
         const Vec2f lens = path->sampler.Pair(kLensDimension);
         record->random[0] = lens.x;
         record->random[1] = lens.y;
+    } else {
+        const Vec2f direction = path->sampler.Pair(VertexBase(1) + kDirectionDimension);
+        record->random[0] = direction.x;
+        record->random[1] = direction.y;
     }
     record->random[2] = path->time;
     if (!lights_.none_to_sample()) {
