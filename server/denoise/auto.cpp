@@ -6,12 +6,16 @@
 // standard error of the least so far. Then the cheapest candidate is taken whose error is within
 // one standard error of the best one's (Breiman et al. 1984, section 3.4). An image without halves
 // can't be judged: it gets the bilateral filter with all its features.
+//
+//   seconds   candidates that would take longer are not tried; 0 = none is too dear (default). With
+//             it the choice may differ from run to run.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cstring>
 #include <utility>
 
+#include "core/base/error.h"
 #include "server/denoise/denoiser.h"
 #include "server/denoise/trial.h"
 #include "server/denoise/without_features.h"
@@ -22,11 +26,21 @@ namespace {
 constexpr const char* kBase = "bilateral:mode=robust";
 constexpr const char* kNone = "none";
 // Dearer ones.
-constexpr const char* kFurther[] = {"rd", "nfor"};
+constexpr struct {
+    const char* name;
+    double cost;  // over the bilateral filter's, as measured (bench/filters)
+} kFurther[] = {{"rd", 4.5}, {"nfor", 5}};
+// To filter the image, and a part of its halves for the estimate of the error, over filtering
+// alone.
+constexpr double kWithEstimate = 1.5;
 
 class Auto final : public Denoiser {
   public:
-    std::string Describe() const override { return "auto"; }
+    explicit Auto(float seconds) : seconds_(seconds) {}
+
+    std::string Describe() const override {
+        return seconds_ > 0 ? fmt::format("auto:seconds={:.6g}", seconds_) : "auto";
+    }
 
     std::optional<Choice> Choose(const Frame& frame, const CancelToken& cancel) const override {
         Choice choice;
@@ -43,8 +57,12 @@ class Auto final : public Denoiser {
         std::string dropped;
         tried.push_back({kBase, trial.base(), trial.base_seconds()});
         stands.push_back(DropFeatures(frame, trial, cancel, &tried, &dropped));
-        for (const char* name : kFurther) {
-            tried.push_back(Judge(trial, name, cancel));
+        for (const auto& further : kFurther) {
+            if (seconds_ > 0 && kWithEstimate * further.cost * trial.base_seconds() >
+                                    static_cast<double>(seconds_)) {
+                continue;
+            }
+            tried.push_back(Judge(trial, further.name, cancel));
             stands.push_back(tried.size() - 1);
         }
         // What is of no use to the bilateral filter is of none to the best, if that holds.
@@ -65,6 +83,8 @@ class Auto final : public Denoiser {
     }
 
   private:
+    float seconds_;  // that the image may take; 0: any
+
     struct Tried {
         std::string name;
         Trial::Errors errors;
@@ -132,6 +152,12 @@ class Auto final : public Denoiser {
 
 }  // namespace
 
-std::unique_ptr<Denoiser> MakeAuto(const ParamSet&) { return std::make_unique<Auto>(); }
+std::unique_ptr<Denoiser> MakeAuto(const ParamSet& params) {
+    const float seconds = params.GetFloat("seconds", 0);
+    if (!(seconds >= 0 && seconds <= 1e9f)) {
+        ThrowInvalidArgument(fmt::format("filter 'auto': seconds={} must be 0 to 1e9", seconds));
+    }
+    return std::make_unique<Auto>(seconds);
+}
 
 }  // namespace relume::denoise

@@ -22,8 +22,8 @@
 // Without halves: one fit with k = 1 by features that were filtered by themselves; the error is too
 // low by twice what the pixel's own noise has in its result.
 //
-// Limits: what the features don't show is kept no better than by
-// non-local means; next to noisy highlights dark pixels can become too bright.
+// Limits: what the features don't show is kept no better than by non-local means; next to noisy
+// highlights dark pixels can become too bright.
 #include <fmt/format.h>
 
 #include <array>

@@ -47,7 +47,7 @@ struct NlmKernels {
     // What the distances become if the pixel's own values are `factor` times what they are.
     void (*nudge)(const NlmPair& pair, const NlmNudge& nudge, int width, int height);
     // out = (sum over the (2 radius + 1)^2 window of `in`) x across[x] x down[y]. `in` points at
-    // the pixel of out[0]; `rows` has kNlmBoxRows times width + 2 radius + 2 kNlmLanes floats.
+    // the pixel of out[0]; `rows` has kNlmBoxRows times width + 2 radius + 3 kNlmLanes floats.
     void (*box)(const float* in, std::ptrdiff_t in_stride, int radius, int width, int height,
                 const float* across, const float* down, float* rows, float* out,
                 std::ptrdiff_t stride);

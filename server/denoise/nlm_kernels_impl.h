@@ -218,7 +218,7 @@ inline void SumSevenAlong(const float* row, int width, const Use& use) {
 template <int kRows>
 inline void BoxSevenRows(const float* in, std::ptrdiff_t in_stride, int width, const float* across,
                          const float* down, float* rows, float* out, std::ptrdiff_t stride) {
-    const int row_size = width + 6 + 2 * kNlmLanes;
+    const int row_size = width + 3 * kNlmLanes;
     for (int x = 0; x < width + 6; x += RELUME_LANES) {
         Floats sums[kRows];
         SumSevenRows(in - 3 * in_stride - 3 + x, in_stride, sums);

@@ -37,7 +37,7 @@ NlmWeights::NlmWeights(const NlmOptions& options, int radius, int max_width, int
         plane->resize(static_cast<std::size_t>(
             out_stride_ * (max_height + 2 * options.weight_patch) + kNlmLanes));
     }
-    const auto row_size = static_cast<std::size_t>(max_width + outer + 2 * kNlmLanes);
+    const auto row_size = static_cast<std::size_t>(max_width + outer + 3 * kNlmLanes);
     rows_.resize(kNlmBoxRows * row_size);
     for (Counts& counts : counts_) {
         counts.across.resize(row_size);

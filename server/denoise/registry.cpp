@@ -32,7 +32,8 @@ constexpr struct {
     {"auto", MakeAuto,
      "of the others the cheapest whose error, by held-out samples on a part of the image, is "
      "within\n"
-     "             one standard error of the best; features that don't help are dropped\n"},
+     "             one standard error of the best; features that don't help are dropped\n"
+     "    seconds=0        candidates that would take longer are not tried; 0: none is too dear\n"},
     {"none", MakeNone, "the mean of the samples, unfiltered\n"},
     {"bilateral", MakeBilateral,
      "cross-bilateral filter on normal, albedo and depth; Xing, Chen, Li 2020\n"

@@ -11,10 +11,9 @@
 // windows of 11x11, times what one more sample takes off it.
 //
 // Limits: its constants (the floor of the curvature, the weight 1 / max(variance, 1)) are of images
-// whose white is about 1. What features don't show is blurred, as far as the greys allow.
-// Visibility is not used. Where the paper says max deviation of a vector, that of the whole vector
-// is meant. Uncertain samples in the paper's words have no share here: a pixel's weight falls with
-// its variance only above 1.
+// whose white is about 1. That weight keeps fireflies down, and with them their energy: the image
+// gets darker where variances are above 1. What features don't show is blurred as far as the greys
+// allow. Visibility has no part.
 #include "server/denoise/wlr_fit.h"
 
 #include <fmt/format.h>

@@ -25,6 +25,17 @@ std::string FinishKind(const CheckedSpec& spec) {
     return spec.filter + (spec.message.all_layers() ? " all layers" : "");
 }
 
+// Seconds by which the final image's filter may be dearer, if it is chosen when all samples are in.
+double DearerChoice(const jobs::Outcome& outcome) {
+    constexpr double kWithEstimate = 1.5;  // over filtering alone
+    double taken = 0, dearest = 0;
+    for (const jobs::FilterCandidate& candidate : outcome.candidates) {
+        taken = candidate.filter == outcome.filter ? candidate.seconds : taken;
+        dearest = std::max(dearest, candidate.seconds);
+    }
+    return kWithEstimate * (dearest - taken);
+}
+
 std::string RandomName() {
     std::random_device random;
     return fmt::format("{}{:08x}{:08x}", kJobPrefix, random(), random());
@@ -202,9 +213,11 @@ double Coordinator::PredictFinish(const Film& film, const CheckedSpec& spec,
     jobs::JobQueue::FilterWork trial;
     trial.film = {std::shared_ptr<const Film>(), &film};  // not owned
     const TimePoint start = Now();
-    Sha256Hex(FinishImage(trial, spec, "", cancel).exr);
-    finish_times_.Add(kind, film.pixel_count(), ToSeconds(Now() - start));
-    return ToSeconds(Now() - start);
+    const FinishedImage finished = FinishImage(trial, spec, "", cancel);
+    Sha256Hex(finished.exr);
+    const double seconds = ToSeconds(Now() - start) + DearerChoice(finished.outcome);
+    finish_times_.Add(kind, film.pixel_count(), seconds);
+    return seconds;
 }
 
 void Coordinator::Filter(const jobs::JobQueue::FilterWork& work, const CheckedSpec& spec,

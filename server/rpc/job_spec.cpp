@@ -120,6 +120,9 @@ jobs::Budgets BudgetsOf(const v1::JobSpec& spec, const TileRect& window) {
     return budgets;
 }
 
+// Of a time limit, for the filter that chooses.
+constexpr double kFilterShare = 0.1;
+
 }  // namespace
 
 CheckedSpec CheckSpec(const v1::JobSpec& spec, const store::BlobStore& blobs) {
@@ -153,6 +156,10 @@ CheckedSpec CheckSpec(const v1::JobSpec& spec, const store::BlobStore& blobs) {
     const auto denoiser =
         denoise::MakeDenoiser(spec.filter().empty() ? kDefaultFilter : spec.filter());
     checked.filter = denoiser->Describe();
+    if (checked.budgets.seconds && checked.filter == "auto") {
+        checked.filter =
+            fmt::format("auto:seconds={:.3g}", kFilterShare * *checked.budgets.seconds);
+    }
 
     const std::uint64_t kept =
         CheckSamples(spec, *denoiser, &checked.budgets, checked.settings.Window().area());
