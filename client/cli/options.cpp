@@ -74,6 +74,9 @@ void AddJobOptions(CLI::App* app, JobOptions* options) {
     app->add_flag("--strict", options->strict,
                   "an error if anything of the scene is not supported or was replaced");
     app->add_flag("--allow-black", options->allow_black, "render although nothing shines");
+    app->add_flag(
+        "--keep-samples", options->keep_samples,
+        "the server keeps all samples, 112 bytes each, for a filter that needs them (rpf)");
     app->add_option("--tile-size", options->tile_size,
                     "side of the units of work in pixels, 8 to 64; no matter to the image [32]")
         ->check(Between(8, 64))

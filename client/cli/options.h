@@ -50,6 +50,7 @@ struct JobOptions {
     std::string environment;
     float environment_scale = 1;
     bool allow_black = false;
+    bool keep_samples = false;
     int tile_size = 32;
     std::string layers = "basic";
 };

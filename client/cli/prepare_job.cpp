@@ -140,6 +140,7 @@ PreparedJob PrepareJob(const JobOptions& options) {
     SetBudgets(budgets, &job.spec);
     job.spec.set_tile_size(options.tile_size);
     job.spec.set_all_layers(options.layers == "all");
+    job.spec.set_keep_samples(options.keep_samples);
     job.spec.set_display_name(options.name);
     return job;
 }

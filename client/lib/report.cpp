@@ -45,7 +45,8 @@ Json SettingsJson(const v1::JobSpec& spec, std::optional<double> time_limit) {
               {"allow_black", s.allow_black()},
               {"look", nullptr},
               {"tile_size", spec.tile_size()},
-              {"layers", spec.all_layers() ? "all" : "basic"}};
+              {"layers", spec.all_layers() ? "all" : "basic"},
+              {"keep_samples", spec.keep_samples()}};
     if (s.has_crop()) {
         json["crop"] = {s.crop().x0(), s.crop().y0(), s.crop().x1(), s.crop().y1()};
     }

@@ -17,6 +17,14 @@ struct Run {
     std::size_t at, begin, end;
 };
 
+// Of pixel k of the result, bad ones included.
+std::size_t SamplesOf(const TileResult& result, std::size_t k) {
+    const std::size_t n = result.pixels.size();
+    return static_cast<std::size_t>(result.planes[kCountA * n + k] +
+                                    result.planes[kCountB * n + k] +
+                                    result.planes[kBadCount * n + k]);
+}
+
 }  // namespace
 
 Film::Film(const TileRect& window, int display_width, int display_height)
@@ -24,6 +32,15 @@ Film::Film(const TileRect& window, int display_width, int display_height)
       display_width_(display_width),
       display_height_(display_height),
       data_(window.area() * kFilmChannelCount, 0.0f) {}
+
+std::size_t Film::IndexOf(const TileResult& result, std::size_t k) const {
+    const TileRect& r = result.rect;
+    const int pixel = static_cast<int>(result.pixels[k]);
+    const int x = r.x0 - window_.x0 + pixel % r.width();
+    const int y = r.y0 - window_.y0 + pixel / r.width();
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width()) +
+           static_cast<std::size_t>(x);
+}
 
 void Film::Merge(const TileResult& result) {
     const TileRect& r = result.rect;
@@ -41,6 +58,15 @@ void Film::Merge(const TileResult& result) {
             ThrowInvalidArgument("pixel indices of a tile result must rise and lie in the tile");
         }
     }
+    std::size_t records = 0;
+    for (std::size_t k = 0; k < n && !result.samples.empty(); ++k) {
+        records += SamplesOf(result, k);
+    }
+    if (records != result.samples.size()) {
+        ThrowInvalidArgument(fmt::format("tile result has {} samples, its pixels count {}",
+                                         result.samples.size(), records));
+    }
+    MergeSamples(result);
     // In blocks: loops over pixels of one channel, read and written in runs that lie side by side.
     MomentsBlock mine{}, other{};
     std::vector<Run> runs;
@@ -48,11 +74,7 @@ void Film::Merge(const TileResult& result) {
         const std::size_t count = std::min(kMomentsBlock, n - begin);
         runs.clear();
         for (std::size_t k = 0; k < count; ++k) {
-            const int pixel = static_cast<int>(result.pixels[begin + k]);
-            const int x = r.x0 - window_.x0 + pixel % r.width();
-            const int y = r.y0 - window_.y0 + pixel / r.width();
-            const std::size_t at = static_cast<std::size_t>(y) * static_cast<std::size_t>(width()) +
-                                   static_cast<std::size_t>(x);
+            const std::size_t at = IndexOf(result, begin + k);
             if (runs.empty() || at != runs.back().at + (k - runs.back().begin)) {
                 runs.push_back({at, k, k});
             }
@@ -76,6 +98,21 @@ void Film::Merge(const TileResult& result) {
                 }
             }
         }
+    }
+}
+
+void Film::MergeSamples(const TileResult& result) {
+    if (result.samples.empty()) {
+        return;
+    }
+    if (!samples_) {
+        samples_ = std::make_shared<SampleRecords>(pixel_count());
+    }
+    std::span<const SampleRecord> left = result.samples;
+    for (std::size_t k = 0; k < result.pixels.size(); ++k) {
+        const std::size_t count = SamplesOf(result, k);
+        samples_->Append(IndexOf(result, k), left.first(count));
+        left = left.subspan(count);
     }
 }
 

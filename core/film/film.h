@@ -1,11 +1,13 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "core/film/aov.h"
 #include "core/film/moments.h"
+#include "core/film/sample_records.h"
 #include "core/film/tile.h"
 
 namespace relume {
@@ -34,6 +36,10 @@ class Film {
     // the window or its sizes disagree; the film is unchanged then.
     void Merge(const TileResult& result);
 
+    // The samples themselves, if the results merged so far had them; else null. It grows with the
+    // film.
+    std::shared_ptr<const SampleRecords> samples() const { return samples_; }
+
     // Index of the next sample of pixel i: samples merged, bad ones included.
     std::uint32_t NextIndex(std::size_t i) const;
     // Finite samples in both halves.
@@ -55,9 +61,14 @@ class Film {
     double TotalBadSamples() const;
 
   private:
+    // Of pixel k of a result, in the window.
+    std::size_t IndexOf(const TileResult& result, std::size_t k) const;
+    void MergeSamples(const TileResult& result);
+
     TileRect window_;
     int display_width_, display_height_;
     std::vector<float> data_;
+    std::shared_ptr<SampleRecords> samples_;
 };
 
 }  // namespace relume

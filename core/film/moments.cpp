@@ -24,14 +24,14 @@ void Moments::Merge(const Moments& other) {
     n = total;
 }
 
-void PixelMoments::Add(std::uint32_t index, const PixelSample& sample) {
+bool PixelMoments::Add(std::uint32_t index, const PixelSample& sample) {
     bool finite = IsFinite(sample.radiance) && std::isfinite(sample.indirect_luminance);
     for (const float f : sample.features) {
         finite = finite && std::isfinite(f);
     }
     if (!finite) {
         bad_ += 1;
-        return;
+        return false;
     }
     const std::size_t half = index & 1;
     for (int c = 0; c < 3; ++c) {
@@ -43,6 +43,7 @@ void PixelMoments::Add(std::uint32_t index, const PixelSample& sample) {
         feature_[f].Add(sample.features[f]);
     }
     max_luminance_ = std::max(max_luminance_, sample.indirect_luminance);
+    return true;
 }
 
 void PixelMoments::Store(float* data, std::size_t stride) const {

@@ -35,8 +35,8 @@ struct Moments {
 class PixelMoments {
   public:
     // `index` is the global sample index: its parity is the half. A sample with a NaN or an
-    // infinity is counted as bad and leaves no other trace.
-    void Add(std::uint32_t index, const PixelSample& sample);
+    // infinity is counted as bad and leaves no other trace: false.
+    bool Add(std::uint32_t index, const PixelSample& sample);
     // Writes channel c at data[c * stride].
     void Store(float* data, std::size_t stride) const;
 

@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/film/sample_records.h"
+
 namespace relume {
 
 // Pixels [x0,x1) x [y0,y1) of the full image, y down.
@@ -25,6 +27,7 @@ struct TileTask {
     TileRect rect;
     std::vector<std::uint32_t> first;
     std::vector<std::uint32_t> count;
+    bool keep_samples = false;  // the result is to hold the samples themselves, too
 
     std::uint64_t TotalSamples() const;
     std::size_t ActivePixels() const;
@@ -41,6 +44,8 @@ struct TileResult {
     std::vector<float> planes;          // kFilmChannelCount x pixels.size()
     std::uint64_t rays = 0;             // traced for it
     double seconds = 0;                 // thread time it took
+    // Of a task with keep_samples: each pixel's, in order of their index, pixel after pixel.
+    std::vector<SampleRecord> samples;
 };
 
 }  // namespace relume

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 
@@ -177,6 +178,7 @@ void TaskToLease(const TileTask& task, v1::Lease* lease) {
     *lease->mutable_rect() = ToProto(task.rect);
     SetPerPixel(task.first, lease->mutable_first_sample());
     SetPerPixel(task.count, lease->mutable_sample_count());
+    lease->set_keep_samples(task.keep_samples);
 }
 
 TileTask TaskFromLease(const v1::Lease& lease) {
@@ -190,6 +192,7 @@ TileTask TaskFromLease(const v1::Lease& lease) {
     }
     task.first = GetPerPixel(lease.first_sample(), task.rect.area());
     task.count = GetPerPixel(lease.sample_count(), task.rect.area());
+    task.keep_samples = lease.keep_samples();
     return task;
 }
 
@@ -214,6 +217,32 @@ TileResult DecodePlanes(const TileTask& task, const std::string& planes) {
     result.planes.resize(values);
     std::memcpy(result.planes.data(), planes.data(), planes.size());
     return result;
+}
+
+std::vector<std::string> EncodeSamples(const TileResult& result) {
+    std::vector<std::string> chunks;
+    const char* bytes = reinterpret_cast<const char*>(result.samples.data());
+    const std::size_t size = result.samples.size() * sizeof(SampleRecord);
+    for (std::size_t begin = 0; begin < size; begin += kMaxChunk) {
+        chunks.emplace_back(bytes + begin, std::min(kMaxChunk, size - begin));
+    }
+    return chunks;
+}
+
+std::size_t SampleBytes(const TileTask& task) {
+    return task.keep_samples ? task.TotalSamples() * sizeof(SampleRecord) : 0;
+}
+
+std::vector<SampleRecord> DecodeSamples(const TileTask& task, const std::string& bytes) {
+    if (bytes.size() != SampleBytes(task)) {
+        ThrowInvalidArgument(fmt::format("result comes with {} bytes of samples, {} are due",
+                                         bytes.size(), SampleBytes(task)));
+    }
+    std::vector<SampleRecord> samples(bytes.size() / sizeof(SampleRecord));
+    if (!samples.empty()) {
+        std::memcpy(samples.data(), bytes.data(), bytes.size());
+    }
+    return samples;
 }
 
 }  // namespace relume::codec

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "core/film/tile.h"
 #include "core/scene/manifest.h"
@@ -23,7 +24,8 @@ RenderSettings FromProto(const v1::RenderSettings& settings);  // validated, def
 v1::SceneManifest ToProto(const SceneManifest& manifest);
 SceneManifest FromProto(const v1::SceneManifest& manifest);  // validated
 
-// Fills rect, first_sample and sample_count; a value that all pixels share is sent once.
+// Fills rect, first_sample, sample_count and keep_samples; a value that all pixels share is sent
+// once.
 void TaskToLease(const TileTask& task, v1::Lease* lease);
 // Throws unless the tile is at most kMaxTileSide a side.
 TileTask TaskFromLease(const v1::Lease& lease);
@@ -35,5 +37,13 @@ inline constexpr std::size_t kMaxChunk = std::size_t{1} << 20;
 std::string EncodePlanes(const TileResult& result);
 // The result of `task` from planes; throws if the size is not the task's.
 TileResult DecodePlanes(const TileTask& task, const std::string& planes);
+
+// The samples of a result as little-endian float32, in parts of at most kMaxChunk; empty if it has
+// none.
+std::vector<std::string> EncodeSamples(const TileResult& result);
+// Bytes of the samples of `task`; 0 if it is to keep none.
+std::size_t SampleBytes(const TileTask& task);
+// All parts in one; throws if the size is not the task's.
+std::vector<SampleRecord> DecodeSamples(const TileTask& task, const std::string& bytes);
 
 }  // namespace relume::codec

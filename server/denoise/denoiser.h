@@ -16,6 +16,7 @@ namespace relume::denoise {
 // What a method can't work without; the registry refuses by name if the frame lacks it.
 struct Needs {
     bool halves = false;
+    bool samples = false;       // the samples themselves (Frame::samples)
     std::vector<int> features;  // FeatureChannel
     int min_spp = 1;
 };

@@ -72,6 +72,15 @@ ErrorEstimate JudgeHalves(const Frame& frame, const FilteredHalves& halves) {
     return estimate;
 }
 
+// Whether each half has the samples a pixel that the filter needs.
+bool HasForHalves(const Denoiser& denoiser, const Frame& frame) {
+    double samples = 0;
+    for (const float n : frame.count) {
+        samples += HalfCount(n, 1);
+    }
+    return samples >= denoiser.GetNeeds().min_spp * static_cast<double>(frame.pixel_count());
+}
+
 // By the halves of a part of a large frame: without a map.
 ErrorEstimate JudgeParts(const Denoiser& denoiser, const std::vector<FramePart>& parts,
                          const CancelToken& cancel) {
@@ -162,6 +171,11 @@ std::optional<ErrorEstimate> EstimateByHalves(const Denoiser& denoiser, const Fr
                                               const CancelToken& cancel) {
     if (!frame.has_halves() || denoiser.GetNeeds().halves) {
         return std::nullopt;
+    }
+    if (denoiser.GetNeeds().samples) {  // which parts don't have
+        return HasForHalves(denoiser, frame)
+                   ? std::optional(JudgeHalves(frame, FilterHalves(denoiser, frame, cancel)))
+                   : std::nullopt;
     }
     const std::vector<FramePart> parts = CutParts(frame, kShare);
     return parts.size() > 1 ? JudgeParts(denoiser, parts, cancel)

@@ -130,6 +130,7 @@ Frame FrameFromFilm(const Film& film) {
     Plane both(pixels);
     frame.count.resize(pixels);
     frame.flagged.assign(pixels, 0);
+    frame.samples = film.samples();
     frame.brightest = ToPlane(film.Plane(kMaxLuminance));
     for (std::size_t i = 0; i < pixels; ++i) {
         frame.count[i] = count_a[i] + count_b[i];

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "core/film/aov.h"
@@ -24,7 +25,10 @@ struct Frame {
     Plane feature[kFeatureCount];           // means; empty if the source lacks the feature
     Plane feature_variance[kFeatureCount];  // of one sample; empty or as feature
     Plane feature_half[2][kFeatureCount];   // means of the halves; empty or as feature
-    std::vector<unsigned char> flagged;     // 1: was not finite, or had no sample
+    // The samples themselves: null if they were not kept. Parts and shrunk copies of a frame don't
+    // have them.
+    std::shared_ptr<const SampleRecords> samples;
+    std::vector<unsigned char> flagged;  // 1: was not finite, or had no sample
 
     std::size_t pixel_count() const { return static_cast<std::size_t>(width) * height; }
     bool has_halves() const { return !half[0][0].empty(); }

@@ -9,6 +9,20 @@ namespace {
 constexpr float kEpsilon = 1e-3f;
 constexpr float kFalls = 0.57f;
 
+std::shared_ptr<const SampleRecords> EveryOther(const SampleRecords& samples, std::size_t first) {
+    auto out = std::make_shared<SampleRecords>(samples.pixel_count());
+    std::vector<SampleRecord> half;
+    for (std::size_t i = 0; i < samples.pixel_count(); ++i) {
+        const auto all = samples.Of(i);
+        half.clear();
+        for (std::size_t k = first; k < all.size(); k += 2) {
+            half.push_back(all[k]);
+        }
+        out->Append(i, half);
+    }
+    return out;
+}
+
 }  // namespace
 
 Plane HalfVariance(const Frame& frame, std::size_t c, int half) {
@@ -29,6 +43,9 @@ Frame HalfFrame(const Frame& frame, int half) {
     out.brightest = frame.brightest;
     const std::size_t pixels = frame.pixel_count();
     out.count.resize(pixels);
+    if (frame.samples) {
+        out.samples = EveryOther(*frame.samples, h);
+    }
     Plane scale(pixels);
     for (std::size_t i = 0; i < pixels; ++i) {
         const float n = frame.count.empty() ? 2 : frame.count[i];

@@ -18,6 +18,7 @@ std::unique_ptr<Denoiser> MakeSbf(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeSbfGradient(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeNlm(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeRd(const ParamSet& params);
+std::unique_ptr<Denoiser> MakeRpf(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeWlr(const ParamSet& params);
 
 namespace {
@@ -64,6 +65,18 @@ constexpr struct {
      "robust denoising: the least of the weights by colour and by each prefiltered feature, three\n"
      "             candidates chosen by SURE, and once more; Rousselle, Manzi, Zwicker "
      "2013\n"},
+    {"rpf", MakeRpf,
+     "random parameter filtering, of samples by what they depend on; needs --keep-samples; slow; "
+     "Sen,\n"
+     "             Darabi 2012\n"
+     "    neighbours=all   all: as many samples as the paper draws, minutes a megapixel; few: some "
+     "20 "
+     "times\n"
+     "                     less\n"
+     "    variance=0.02    above 0, at most 100, of normalised colours and features at 8 samples a "
+     "pixel; "
+     "the\n"
+     "                     paper has 0.002 for images with little noise\n"},
     {"wlr", MakeWlr,
      "local linear fits in the features' own space, their width by bias and variance; Moon, Carr,\n"
      "             Yoon 2014\n"},
@@ -82,6 +95,12 @@ std::unique_ptr<Denoiser> MakeDenoiser(const std::string& text) {
                     WithoutFeatures(std::move(denoiser), named.params.GetString("without", ""));
             }
             if (named.params.GetChoice("fireflies", "keep", {"keep", "spread"}) == "spread") {
+                if (denoiser->GetNeeds().samples) {
+                    ThrowInvalidArgument(
+                        fmt::format("filter '{}' looks at samples, and fireflies=spread changes "
+                                    "pixels; leave it out",
+                                    named.name));
+                }
                 denoiser = OnChangedFrame(std::move(denoiser), "fireflies=spread",
                                           [](Frame* frame) { SpreadFireflies(frame); });
             }

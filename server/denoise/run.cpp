@@ -10,6 +10,12 @@ namespace {
 
 void CheckNeeds(const Denoiser& denoiser, const Frame& frame) {
     const Needs needs = denoiser.GetNeeds();
+    if (needs.samples && !frame.samples && frame.pixel_count() > 0) {
+        throw Error(ErrorCode::kFailedPrecondition,
+                    fmt::format("filter '{}' needs the samples themselves: render with "
+                                "--keep-samples",
+                                denoiser.Describe()));
+    }
     if (needs.halves && !frame.has_halves()) {
         throw Error(
             ErrorCode::kFailedPrecondition,

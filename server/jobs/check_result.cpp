@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/base/error.h"
@@ -38,6 +39,12 @@ void CheckResult(const TileTask& task, const TileResult& result) {
             }
         }
     }
+    const std::uint64_t due = task.keep_samples ? task.TotalSamples() : 0;
+    if (result.samples.size() != due) {
+        ThrowInvalidArgument(
+            fmt::format("comes with {} samples, {} are due", result.samples.size(), due));
+    }
+    auto record = result.samples.begin();
     std::size_t k = 0;
     for (std::size_t i = 0; i < task.count.size(); ++i) {
         if (task.count[i] == 0) {
@@ -58,6 +65,15 @@ void CheckResult(const TileTask& task, const TileResult& result) {
             ThrowInvalidArgument(
                 fmt::format("pixel {} counts {} + {} samples and {} bad ones, {} + {} are due", k,
                             a, b, bad, even, odd));
+        }
+        if (task.keep_samples) {
+            const auto end = record + task.count[i];
+            if (std::count_if(record, end, [](const SampleRecord& r) { return r.bad(); }) !=
+                static_cast<std::ptrdiff_t>(bad)) {
+                ThrowInvalidArgument(
+                    fmt::format("pixel {} counts {} bad samples, but comes with others", k, bad));
+            }
+            record = end;
         }
         ++k;
     }

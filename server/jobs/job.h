@@ -27,6 +27,7 @@ struct JobSetup {
     TileRect window;
     int display_width = 0, display_height = 0;
     int tile_size = 32;
+    bool keep_samples = false;  // in the film
     Budgets budgets;
     Estimators estimators;
     std::shared_ptr<Planner> planner;
@@ -67,7 +68,11 @@ class Job {
     // True if a plan came to be wanted since the last call.
     bool TakeWantsPlan() { return std::exchange(wants_plan_, false); }
 
-    TileTask Task(std::size_t unit) const { return PassOf(unit).pass->Task(Local(unit)); }
+    TileTask Task(std::size_t unit) const {
+        TileTask task = PassOf(unit).pass->Task(Local(unit));
+        task.keep_samples = setup_.keep_samples;
+        return task;
+    }
     std::uint64_t Samples(std::size_t unit) const {
         return PassOf(unit).pass->Samples(Local(unit));
     }

@@ -12,7 +12,8 @@
 namespace relume::server {
 namespace {
 
-// For filters that can't filter a half alone: the cheapest that ranks regions alike (methods 5.5).
+// For filters that can't filter a half alone, or not as small as it is to be: the cheapest that
+// ranks regions alike (methods 5.5).
 constexpr const char* kForOneHalf = "bilateral:mode=robust";
 
 }  // namespace
@@ -22,7 +23,7 @@ jobs::Guide MakeGuide(const std::string& filter) {
     if (denoiser->Describe() == "none") {
         return {};
     }
-    if (denoiser->GetNeeds().halves) {
+    if (denoiser->GetNeeds().halves || denoiser->GetNeeds().samples) {
         denoiser = denoise::MakeDenoiser(kForOneHalf);
     }
     return [denoiser](const Film& film, double) {
@@ -53,6 +54,9 @@ std::function<double(const Film&)> MakeErrorEstimator(const std::string& filter)
     };
     const auto state = std::make_shared<State>();
     state->asked = denoise::MakeDenoiser(filter);
+    if (state->asked->GetNeeds().samples) {
+        state->asked = denoise::MakeDenoiser(kForOneHalf);  // minutes for each plan else
+    }
     return [state](const Film& film) {
         const CancelToken never;
         const denoise::Frame frame = denoise::FrameFromFilm(film);

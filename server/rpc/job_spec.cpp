@@ -19,9 +19,13 @@ constexpr int kMinTileSize = 8, kDefaultTileSize = 32;
 constexpr std::size_t kMaxDisplayName = 200;
 // Film, planner, and the filter's frame and layers at the same time.
 constexpr std::uint64_t kBytesPerPixel = 600;
+constexpr std::uint64_t kMaxSampleBytes = std::uint64_t{4} << 30;  // of a job that keeps them
 
-void CheckMemory(const RenderSettings& settings) {
-    const std::uint64_t needed = settings.Window().area() * kBytesPerPixel;
+// `kept`: bytes of the samples that the job keeps. The filter has a half of them once more, and for
+// each a pointer and two colours.
+void CheckMemory(const RenderSettings& settings, std::uint64_t kept) {
+    const std::uint64_t needed =
+        settings.Window().area() * kBytesPerPixel + kept + kept / 2 + kept / 3;
     const std::uint64_t memory = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) *
                                  static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
     if (needed > memory) {
@@ -32,6 +36,50 @@ void CheckMemory(const RenderSettings& settings) {
                         settings.Window().width(), settings.Window().height(), needed >> 30,
                         memory >> 30));
     }
+}
+
+// Of a job that keeps its samples; it gets as many as the filter needs at least. Answers with their
+// bytes, 0 if it keeps none.
+std::uint64_t CheckSamples(const v1::JobSpec& spec, const denoise::Denoiser& denoiser,
+                           jobs::Budgets* budgets, std::size_t pixels) {
+    const denoise::Needs needs = denoiser.GetNeeds();
+    if (needs.samples != spec.keep_samples()) {
+        ThrowInvalidArgument(
+            needs.samples
+                ? fmt::format("filter '{}' needs the samples themselves: render with "
+                              "--keep-samples",
+                              denoiser.Describe())
+                : fmt::format("filter '{}' does not look at the samples themselves: leave "
+                              "--keep-samples out, or choose --filter rpf",
+                              denoiser.Describe()));
+    }
+    if (!spec.keep_samples()) {
+        return 0;
+    }
+    if (budgets->seconds) {
+        ThrowInvalidArgument(
+            fmt::format("filter '{}' takes a time that can't be told ahead: give --spp or --target "
+                        "instead of --time-limit",
+                        denoiser.Describe()));
+    }
+    const double cap = jobs::PixelCap(*budgets);
+    const double spp = budgets->samples ? std::min(spec.spp(), cap) : cap;
+    if (spp < needs.min_spp) {
+        ThrowInvalidArgument(
+            fmt::format("filter '{}' needs {} samples a pixel; choose a larger "
+                        "--spp or --max-spp",
+                        denoiser.Describe(), needs.min_spp));
+    }
+    budgets->min_spp = std::max(budgets->min_spp, static_cast<std::uint32_t>(needs.min_spp));
+    const double bytes = spp * static_cast<double>(pixels) * sizeof(SampleRecord);
+    if (bytes > static_cast<double>(kMaxSampleBytes)) {
+        throw Error(
+            ErrorCode::kResourceExhausted,
+            fmt::format("--keep-samples: {} pixels of up to {:.6g} samples need {:.1f} GiB, "
+                        "{} are the most; choose a smaller --size, --crop, --spp or --max-spp",
+                        pixels, spp, bytes / (1 << 30), kMaxSampleBytes >> 30));
+    }
+    return static_cast<std::uint64_t>(bytes);
 }
 
 void CheckBlobs(const SceneManifest& manifest, const store::BlobStore& blobs) {
@@ -113,7 +161,10 @@ CheckedSpec CheckSpec(const v1::JobSpec& spec, const store::BlobStore& blobs) {
             fmt::format("auto:seconds={:.3g}", kFilterShare * *checked.budgets.seconds);
     }
 
-    CheckMemory(checked.settings);
+    const std::uint64_t kept =
+        CheckSamples(spec, *denoiser, &checked.budgets, checked.settings.Window().area());
+
+    CheckMemory(checked.settings, kept);
     CheckBlobs(checked.manifest, blobs);
     return checked;
 }
@@ -124,6 +175,7 @@ jobs::JobSetup CheckedSpec::Setup() const {
     setup.display_width = settings.width;
     setup.display_height = settings.height;
     setup.tile_size = tile_size;
+    setup.keep_samples = message.keep_samples();
     setup.budgets = budgets;
     setup.planner = jobs::MakePlanner(sampler);
     const char* method = setup.planner->Method();

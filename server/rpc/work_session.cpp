@@ -91,8 +91,14 @@ void WorkSession::Handle(const v1::WorkRequest& message) {
         case v1::WorkRequest::kResult:
             HandleResult(message.result());
             break;
+        case v1::WorkRequest::kSamples:
+            HandleSamples(message.samples());
+            break;
         case v1::WorkRequest::kLeaseReturn: {
             const auto& ids = message.lease_return().lease_ids();
+            for (const jobs::LeaseId id : ids) {
+                samples_.erase(id);
+            }
             queue.ReturnLeases(worker_, {ids.begin(), ids.end()});
             break;
         }
@@ -153,6 +159,7 @@ void WorkSession::HandleResult(const v1::LeaseResult& result) {
     jobs::JobQueue& queue = coordinator_->queue();
     const TimePoint now = coordinator_->Now();
     const jobs::LeaseId lease = result.lease_id();
+    const auto samples = samples_.extract(lease);
     const TileTask* task = result.epoch() == coordinator_->epoch() ? queue.TaskOf(lease) : nullptr;
     if (task == nullptr) {
         queue.AddResult(worker_, 0, result.job(), {}, now);  // counted as late
@@ -161,6 +168,8 @@ void WorkSession::HandleResult(const v1::LeaseResult& result) {
     TileResult tile;
     try {
         tile = codec::DecodePlanes(*task, result.planes());
+        tile.samples =
+            codec::DecodeSamples(*task, samples.empty() ? std::string() : samples.mapped());
     } catch (const Error& error) {
         queue.RejectResult(worker_, lease, error.what(), now);
         return;
@@ -169,6 +178,25 @@ void WorkSession::HandleResult(const v1::LeaseResult& result) {
     tile.seconds = result.seconds();
     queue.AddResult(worker_, lease, result.job(), std::move(tile), now);
     queue.CountMergeSeconds(result.job(), ToSeconds(coordinator_->Now() - now));
+}
+
+// What is nobody's or does not follow on what came before is dropped: the result will be short of
+// it, and refused.
+void WorkSession::HandleSamples(const v1::SampleChunk& chunk) {
+    const TileTask* task = coordinator_->queue().TaskOf(chunk.lease_id());
+    if (task == nullptr) {
+        samples_.erase(chunk.lease_id());
+        return;
+    }
+    const std::size_t due = codec::SampleBytes(*task);
+    if (due == 0) {
+        return;
+    }
+    std::string& bytes = samples_[chunk.lease_id()];
+    if (chunk.offset() == bytes.size() && chunk.data().size() <= due - bytes.size()) {
+        bytes.reserve(due);
+        bytes += chunk.data();
+    }
 }
 
 void WorkSession::Advance() {

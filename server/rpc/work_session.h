@@ -3,6 +3,7 @@
 #include <grpcpp/support/server_callback.h>
 
 #include <deque>
+#include <map>
 #include <memory>
 #include <set>
 #include <string>
@@ -37,6 +38,7 @@ class WorkSession final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wo
     void Handle(const v1::WorkRequest& message);
     void HandleHello(const v1::Hello& hello);
     void HandleResult(const v1::LeaseResult& result);
+    void HandleSamples(const v1::SampleChunk& chunk);
 
     void SendLease(const jobs::LeaseGrant& grant);
     void Send(v1::WorkResponse message);
@@ -50,6 +52,7 @@ class WorkSession final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wo
     v1::WorkRequest request_;
     jobs::WorkerId worker_ = 0;        // 0: no Hello yet, or gone
     std::set<std::string> jobs_sent_;  // whose JobContext the worker has, those over taken out
+    std::map<jobs::LeaseId, std::string> samples_;  // that came ahead of their results
     std::deque<v1::WorkResponse> outbox_;
     v1::WorkResponse outgoing_;
     bool writing_ = false;   // a write is under way

@@ -298,6 +298,15 @@ void Worker::RenderThread() {
         try {
             const TileResult result = lease->scene->render(lease->task, *lease->cancel);
             if (!lease->cancel->cancelled()) {
+                std::uint64_t offset = 0;
+                for (std::string& chunk : codec::EncodeSamples(result)) {
+                    v1::WorkRequest part;
+                    part.mutable_samples()->set_lease_id(lease->id);
+                    part.mutable_samples()->set_offset(offset);
+                    offset += chunk.size();
+                    part.mutable_samples()->set_data(std::move(chunk));
+                    lease->stream->Send(std::move(part));
+                }
                 auto* answer = message.mutable_result();
                 answer->set_lease_id(lease->id);
                 answer->set_job(lease->job);

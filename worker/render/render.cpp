@@ -145,6 +145,10 @@ TileResult Renderer::RenderTile(const TileTask& task, const CancelToken& cancel)
     const std::size_t active = task.ActivePixels();
     result.pixels.reserve(active);
     result.planes.resize(active * kFilmChannelCount);
+    if (task.keep_samples) {
+        result.samples.resize(task.TotalSamples());
+    }
+    std::size_t traced = 0;
 
     std::vector<Path> paths(PathTracer::kWave);
     std::array<SampleRequest, PathTracer::kWave> requests;
@@ -156,10 +160,18 @@ TileResult Renderer::RenderTile(const TileTask& task, const CancelToken& cancel)
     std::size_t adding = 0;   // index in result.pixels
     std::uint32_t added = 0;  // samples of that pixel
     const auto flush = [&] {
-        result.rays +=
-            impl_->tracer.Trace({requests.data(), queued}, paths, {samples.data(), queued});
+        std::span<SampleRecord> records;
+        if (task.keep_samples) {
+            records = std::span(result.samples).subspan(traced, queued);
+        }
+        result.rays += impl_->tracer.Trace({requests.data(), queued}, paths,
+                                           {samples.data(), queued}, records);
+        traced += queued;
         for (std::size_t i = 0; i < queued; ++i) {
-            moments.Add(requests[i].index, samples[i]);
+            const bool good = moments.Add(requests[i].index, samples[i]);
+            if (task.keep_samples && !good) {
+                result.samples[traced - queued + i] = SampleRecord::Bad();
+            }
             if (++added == task.count[result.pixels[adding]]) {
                 moments.Store(result.planes.data() + adding, active);
                 moments = PixelMoments();

@@ -40,6 +40,18 @@ class DigestTest(unittest.TestCase):
         for side in (16, 64):
             self.assertEqual(self.render('--workers', 2, '--tile-size', side), self.expected, side)
 
+    def test_samples_that_are_kept(self):
+        def digest(*options):
+            out = pathlib.Path(self.folder.name) / 'samples.exr'
+            run = relume('render', ROOM, '--size', '48x36', '--spp', '8', '--sampler', 'uniform', '-o', out,
+                         '--json', '--quiet', *options)
+            return json.loads(run.stdout)['image_sha256']
+
+        kept = {digest('--keep-samples', '--filter', 'rpf', '--workers', workers, '--tile-size', side)
+                for workers, side in ((1, 32), (2, 32), (2, 64))}
+        self.assertEqual(len(kept), 1)
+        self.assertNotIn(digest('--filter', 'none'), kept)
+
     def test_another_seed_is_another_image(self):
         self.assertNotEqual(self.render('--seed', 1), self.expected)
 

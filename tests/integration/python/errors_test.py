@@ -111,6 +111,14 @@ class ErrorsTest(unittest.TestCase):
     def test_unknown_filter(self):
         self.fails(ROOM, '--filter', 'blur', code=2, says=['blur', 'bilateral'])
 
+    def test_samples_that_are_not_kept(self):
+        self.fails(ROOM, '--filter', 'rpf', code=2, says=["filter 'rpf", '--keep-samples'])
+        self.fails(ROOM, '--filter', 'none', '--keep-samples', code=2, says=['leave --keep-samples out'])
+        self.fails(ROOM, '--filter', 'rpf', '--keep-samples', '--size', '8192x4096', code=1,
+                   says=['33554432 pixels', '4 are the most', '--size, --crop, --spp or --max-spp'])
+        self.fails(ROOM, '--filter', 'rpf', '--keep-samples', '--max-spp', '1', code=2, says=['needs 2 samples'])
+        self.fails(ROOM, '--filter', 'rpf', '--keep-samples', '--time-limit', '9', code=2, says=['--time-limit'])
+
     def test_unreachable_server(self):
         self.fails(ROOM, '--server', '127.0.0.1:1', code=4, says=['127.0.0.1:1'])
 

@@ -5,6 +5,7 @@
 
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <random>
 
 #include "core/base/error.h"
@@ -206,6 +207,45 @@ TEST(CodecPlanes, AnotherSizeIsRefused) {
     EXPECT_NO_THROW(DecodePlanes(task, right));
     for (const std::string& bytes : {std::string(), right + "x", right.substr(1), right + right}) {
         ExpectInvalid("are due", [&] { DecodePlanes(task, bytes); });
+    }
+}
+
+TEST(CodecSamples, RoundTripInPartsKeepsEveryBit) {
+    const std::size_t samples = std::size_t{2} * kMaxChunk / sizeof(SampleRecord) + 5;
+    TileTask task{{0, 0, 2, 1}, {0, 0}, {static_cast<std::uint32_t>(samples) - 3, 3}, true};
+    TileResult result;
+    std::mt19937 random(3);
+    for (std::size_t i = 0; i < samples; ++i) {
+        SampleRecord& record = result.samples.emplace_back();
+        record.x = static_cast<float>(random() & 0xffff);
+        record.random[4] = static_cast<float>(random() & 0xffff);
+    }
+    result.samples[7] = SampleRecord::Bad();
+    const auto chunks = EncodeSamples(result);
+    EXPECT_EQ(chunks.size(), 3u);
+    std::string bytes;
+    for (const std::string& chunk : chunks) {
+        EXPECT_LE(chunk.size(), kMaxChunk);
+        bytes += chunk;
+    }
+    EXPECT_EQ(bytes.size(), SampleBytes(task));
+    const auto back = DecodeSamples(task, bytes);
+    ASSERT_EQ(back.size(), samples);
+    EXPECT_EQ(std::memcmp(back.data(), result.samples.data(), bytes.size()), 0);
+    EXPECT_TRUE(back[7].bad());
+    ExpectInvalid("are due", [&] { DecodeSamples(task, bytes.substr(4)); });
+    ExpectInvalid("are due", [&] { DecodeSamples(task, ""); });
+    task.keep_samples = false;
+    EXPECT_TRUE(DecodeSamples(task, "").empty());
+    ExpectInvalid("are due", [&] { DecodeSamples(task, bytes); });
+    EXPECT_TRUE(EncodeSamples(TileResult{}).empty());
+}
+
+TEST(CodecLease, SaysWhetherSamplesAreKept) {
+    for (const bool keep : {false, true}) {
+        v1::Lease lease;
+        TaskToLease({{0, 0, 2, 1}, {0, 0}, {3, 3}, keep}, &lease);
+        EXPECT_EQ(TaskFromLease(lease).keep_samples, keep);
     }
 }
 

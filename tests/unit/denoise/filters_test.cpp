@@ -92,8 +92,9 @@ TEST_P(EveryFilter, NoVarianceNoFeaturesNoNan) {
 TEST_P(EveryFilter, FewSamplesAreEnough) {
     for (const int spp : {1, 2, 3}) {
         const Frame frame = FrameFromFilm(MakeFilm(Truth{66, 34}, spp, 4));
-        if (spp == 1 && MakeDenoiser(GetParam())->GetNeeds().halves) {
-            EXPECT_THROW((void)Filter(frame), Error);  // half b has none
+        const Needs needs = MakeDenoiser(GetParam())->GetNeeds();
+        if ((spp == 1 && needs.halves) || spp < needs.min_spp) {
+            EXPECT_THROW((void)Filter(frame), Error);  // half b of one has none
         } else {
             ExpectFinite(frame, Filter(frame));
         }
@@ -125,8 +126,8 @@ int HaloOf(std::string_view filter) {
         // Patch and window of the first fit, from which it writes to a window; errors and choice
         // smoothed; the last fit.
         {"nfor", 10 + 3 + 9 + 9 + 2 * (1 + 9) + 3 + 9 + 9},
-        // Window; bandwidths smoothed.
-        {"wlr", 10 + 9 + 3},
+        // Neighbours of four passes in boxes of 55, 35, 17, 7.
+        {"rpf:neighbours=few", 27 + 17 + 8 + 3},
         {"sbf-gradient", 10 + 2 + 1 + 16 + 16},
         // Window; bandwidths smoothed.
         {"wlr", 10 + 9 + 3},
@@ -186,7 +187,7 @@ INSTANTIATE_TEST_SUITE_P(Filters, EveryFilter,
                          testing::Values("none", "bilateral:mode=robust",
                                          "bilateral:mode=corrected", "bilateral:mode=printed",
                                          "bilateral:mode=printed,taylor=0", "gem", "nfor", "nlm",
-                                         "rd", "sbf", "sbf-gradient", "wlr"),
+                                         "rd", "rpf:neighbours=few", "sbf", "sbf-gradient", "wlr"),
                          [](const auto& param) {
                              std::string name = param.param;
                              std::erase_if(name, [](char c) { return std::isalnum(c) == 0; });
@@ -332,8 +333,8 @@ TEST(Registry, UnknownNamesAreAnsweredWithTheKnownOnes) {
 
 TEST(Registry, DescribesItselfSoThatItCanBeMadeAgain) {
     for (const char* text : {"none", "bilateral:mode=robust", "bilateral:mode=corrected",
-                             "bilateral:mode=printed,taylor=3", "gem:gamma=0.3", "nlm", "rd", "sbf",
-                             "sbf-gradient", "wlr"}) {
+                             "bilateral:mode=printed,taylor=3", "gem:gamma=0.3", "nlm", "rd",
+                             "rpf:neighbours=few,variance=0.02", "sbf", "sbf-gradient", "wlr"}) {
         EXPECT_EQ(MakeDenoiser(text)->Describe(), text);
         EXPECT_EQ(MakeDenoiser(MakeDenoiser(text)->Describe())->Describe(), text);
     }

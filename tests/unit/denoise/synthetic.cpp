@@ -25,6 +25,23 @@ PixelSample Truth::Features(int x, int y) const {
     return sample;
 }
 
+// What a renderer would keep of the sample; `light`: the random number that its noise is of.
+SampleRecord MakeRecord(int x, int y, const PixelSample& sample, double light,
+                        std::mt19937* place) {
+    SampleRecord record;
+    record.x = static_cast<float>(Uniform(place));
+    record.y = static_cast<float>(Uniform(place));
+    record.radiance = sample.radiance;
+    const auto& f = sample.features;
+    record.hits[0] = {
+        {static_cast<float>(x) + record.x, static_cast<float>(y) + record.y, f[kDepth]},
+        {f[kNormalX], f[kNormalY], f[kNormalZ]},
+        {f[kAlbedoR], f[kAlbedoG], f[kAlbedoB]}};
+    record.random[3] = static_cast<float>(light);
+    record.random[4] = static_cast<float>(Uniform(place));
+    return record;
+}
+
 double Normal(std::mt19937* rng) {
     const double radius = std::sqrt(-2 * std::log1p(-Uniform(rng)));
     return radius * std::cos(6.283185307179586 * Uniform(rng));
@@ -32,7 +49,7 @@ double Normal(std::mt19937* rng) {
 
 Film MakeFilm(const TileRect& window, int display_width, int display_height, const Truth& truth,
               int spp, unsigned seed, const SampleHook& hook) {
-    std::mt19937 rng(seed);
+    std::mt19937 rng(seed), place(seed + 1);
     Film film(window, display_width, display_height);
     TileResult result;
     result.rect = window;
@@ -44,12 +61,16 @@ Film MakeFilm(const TileRect& window, int display_width, int display_height, con
         PixelMoments moments;
         for (int s = 0; s < spp; ++s) {
             PixelSample sample = truth.Features(x, y);
-            const auto noise = static_cast<float>(-std::log1p(-Uniform(&rng)));
+            const double light = Uniform(&rng);
+            const auto noise = static_cast<float>(-std::log1p(-light));
             sample.radiance = truth.Color(x, y) * noise;
             if (hook) {
                 hook(x, y, s, &sample);
             }
-            moments.Add(static_cast<std::uint32_t>(s), sample);
+            // Made in any case: the generators must go on alike.
+            const SampleRecord record = MakeRecord(x, y, sample, light, &place);
+            const bool good = moments.Add(static_cast<std::uint32_t>(s), sample);
+            result.samples.push_back(good ? record : SampleRecord::Bad());
         }
         moments.Store(result.planes.data() + i, pixels);
         result.pixels.push_back(static_cast<std::uint32_t>(i));
@@ -67,11 +88,13 @@ Film MakeFilm(const Truth& truth, int spp, unsigned seed, const SampleHook& hook
 
 Frame MakeGaussianFrame(const Truth& truth, unsigned seed) {
     constexpr float kVariance = 0.01f;
-    std::mt19937 rng(seed);
+    std::mt19937 rng(seed), place(seed + 1);
     Frame frame;
     frame.width = truth.width;
     frame.height = truth.height;
     const std::size_t pixels = frame.pixel_count();
+    const auto samples = std::make_shared<SampleRecords>(pixels);
+    frame.samples = samples;
     frame.count.assign(pixels, 8);
     frame.flagged.assign(pixels, 0);
     for (int c = 0; c < 3; ++c) {
@@ -98,6 +121,13 @@ Frame MakeGaussianFrame(const Truth& truth, unsigned seed) {
                              static_cast<float>(std::sqrt(2 * kVariance) * Normal(&rng));
             }
             frame.color[c][i] = 0.5f * (frame.half[0][c][i] + frame.half[1][c][i]);
+        }
+        for (std::size_t s = 0; s < 8; ++s) {
+            PixelSample sample = features;
+            const auto& half = frame.half[s % 2];
+            sample.radiance = {half[0][i], half[1][i], half[2][i]};
+            const SampleRecord record = MakeRecord(x, y, sample, Uniform(&place), &place);
+            samples->Append(i, {&record, 1});
         }
     }
     return frame;

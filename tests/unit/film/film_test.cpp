@@ -39,6 +39,47 @@ Film Render(int tile_size, bool backwards) {
     return film;
 }
 
+// A result whose sample i of pixel p has x = first + i and y = p.
+TileResult WithSamples(TileResult result, std::uint32_t first, std::uint32_t count) {
+    for (const std::uint32_t pixel : result.pixels) {
+        for (std::uint32_t i = 0; i < count; ++i) {
+            SampleRecord record;
+            record.x = static_cast<float>(first + i);
+            record.y = static_cast<float>(pixel);
+            result.samples.push_back(record);
+        }
+    }
+    return result;
+}
+
+TEST(Film, KeepsSamplesInOrderOfTheirIndex) {
+    Film film(kWindow, 64, 48);
+    const TileRect tile{12, 21, 15, 23};
+    const std::vector<std::uint32_t> some = {1, 5};
+    film.Merge(WithSamples(MakeResult(tile, AllPixels(tile), 0, 2), 0, 2));
+    film.Merge(WithSamples(MakeResult(tile, some, 2, 3), 2, 3));
+    ASSERT_NE(film.samples(), nullptr);
+    for (int y = kWindow.y0; y < kWindow.y1; ++y) {
+        for (int x = kWindow.x0; x < kWindow.x1; ++x) {
+            const auto i =
+                static_cast<std::size_t>((y - kWindow.y0) * kWindow.width() + x - kWindow.x0);
+            const auto records = film.samples()->Of(i);
+            const int pixel = (y - tile.y0) * tile.width() + x - tile.x0;
+            const bool in = tile.Contains({x, y, x + 1, y + 1});
+            ASSERT_EQ(records.size(), !in ? 0u : pixel == 1 || pixel == 5 ? 5u : 2u);
+            for (std::size_t k = 0; k < records.size(); ++k) {
+                EXPECT_EQ(records[k].x, static_cast<float>(k));
+                EXPECT_EQ(records[k].y, static_cast<float>(pixel));
+            }
+        }
+    }
+    TileResult wrong = WithSamples(MakeResult(tile, some, 5, 2), 5, 1);
+    const auto before = Bits(film);
+    EXPECT_THROW(film.Merge(wrong), Error);
+    EXPECT_EQ(Bits(film), before);
+    EXPECT_EQ(Render(16, false).samples(), nullptr);
+}
+
 // One pixel whose halves hold the given samples of red.
 Film OnePixel(const std::vector<float>& a, const std::vector<float>& b) {
     PixelMoments moments;

@@ -53,6 +53,19 @@ TEST(CheckResult, RefusesValuesThatAreNone) {
     ExpectRefused(Task(), result, "time");
 }
 
+TEST(CheckResult, RefusesSamplesThatAreNotTheLeases) {
+    TileTask task = Task();
+    TileResult result = PseudoRender(task);
+    std::vector<SampleRecord> samples(task.TotalSamples());
+    task.keep_samples = true;
+    ExpectRefused(task, result, "comes with 0 samples, 81 are due");
+    result.samples = samples;
+    EXPECT_NO_THROW(CheckResult(task, result));
+    ExpectRefused(Task(), result, "comes with 81 samples, 0 are due");
+    result.samples[4] = SampleRecord::Bad();  // the first of the second pixel
+    ExpectRefused(task, result, "pixel 1 counts 0 bad samples");
+}
+
 TEST(CheckResult, RefusesCountsThatAreNotTheLeases) {
     TileResult result = PseudoRender(Task());
     const std::size_t n = result.pixels.size();

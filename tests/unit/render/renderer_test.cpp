@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <xmmintrin.h>
 
+#include <array>
 #include <cmath>
 #include <thread>
 
@@ -100,6 +101,47 @@ TEST(Renderer, ThreadAndItsFloatingPointModeDoNotMatter) {
     for (const TileResult& other : others) {
         ExpectSame(result, other);
     }
+}
+
+// The samples are those that the moments are of, and asking for them changes no other bit.
+TEST(Renderer, SamplesAreThoseOfTheMoments) {
+    const Renderer renderer(Everything(), test::Settings(24, 20, 6));
+    const CancelToken cancel;
+    TileTask task = Task({3, 4, 19, 17}, 5, 7);
+    task.count[3] = 0;
+    const TileResult plain = renderer.RenderTile(task, cancel);
+    EXPECT_TRUE(plain.samples.empty());
+    task.keep_samples = true;
+    const TileResult result = renderer.RenderTile(task, cancel);
+    ExpectSame(result, plain);
+    ASSERT_EQ(result.samples.size(), task.TotalSamples());
+    const std::size_t n = result.pixels.size();
+    std::size_t first_hits = 0;
+    int second_hits = 0, lens = 0;
+    for (std::size_t k = 0; k < n; ++k) {
+        std::array<double, 2> sum{}, count{};
+        for (std::size_t s = 0; s < 7; ++s) {
+            const SampleRecord& record = result.samples[7 * k + s];
+            sum[(5 + s) % 2] += record.radiance.y;
+            count[(5 + s) % 2] += 1;
+            EXPECT_TRUE(record.x >= 0 && record.x < 1 && record.y >= 0 && record.y < 1);
+            if (Length(record.hits[0].normal) > 0) {
+                ASSERT_NEAR(Length(record.hits[0].normal), 1, 1e-4);
+                ++first_hits;
+            } else {  // beside the box
+                ASSERT_EQ(record.hits[0].albedo, (Rgb{0.2f, 0.3f, 0.4f}));
+                ASSERT_GT(Length(record.hits[0].position), 1);
+            }
+            second_hits += Length(record.hits[1].normal) > 0.5f ? 1 : 0;
+            lens += record.random[0] != record.random[1] ? 1 : 0;
+            EXPECT_EQ(record.random[2], 0);  // nothing moves
+        }
+        EXPECT_NEAR(sum[0] / count[0], result.planes[(kMeanA + 1) * n + k], 1e-5 * sum[0]);
+        EXPECT_NEAR(sum[1] / count[1], result.planes[(kMeanB + 1) * n + k], 1e-5 * sum[1]);
+    }
+    EXPECT_GT(first_hits, result.samples.size() / 2);
+    EXPECT_GT(second_hits, 0);
+    EXPECT_GT(lens, 0);
 }
 
 TEST(Renderer, TilesDoNotShow) {

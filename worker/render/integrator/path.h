@@ -3,6 +3,7 @@
 #include <array>
 
 #include "core/film/aov.h"
+#include "core/film/sample_records.h"
 #include "worker/render/accel/accel.h"
 #include "worker/render/light/light_bounds.h"
 #include "worker/render/sampler/sampler.h"
@@ -61,6 +62,8 @@ struct Path {
     bool features_open = true;
     float length = 0;
     std::array<float, kFeatureCount> features{};
+
+    SampleRecord* record = nullptr;  // where to note what is met; null: nowhere
 
     Hit hit;
     Vec2f uv;

@@ -32,7 +32,8 @@ PathTracer::PathTracer(const Accel& accel, const std::vector<CompiledMaterial>& 
 }
 
 std::uint64_t PathTracer::Trace(std::span<const SampleRequest> requests, std::span<Path> paths,
-                                std::span<PixelSample> samples) const {
+                                std::span<PixelSample> samples,
+                                std::span<SampleRecord> records) const {
     std::uint64_t rays = 0;
     Randoms randoms;
     Places places;
@@ -40,6 +41,10 @@ std::uint64_t PathTracer::Trace(std::span<const SampleRequest> requests, std::sp
     std::size_t count = requests.size();
     for (std::size_t i = 0; i < count; ++i) {
         Start(requests[i], &paths[i]);
+        if (!records.empty()) {
+            paths[i].record = &records[i];
+            BeginRecord(&paths[i]);
+        }
         alive[i] = static_cast<std::uint32_t>(i);
     }
     // Each stage keeps the paths that go on at the front of `alive`.
@@ -90,6 +95,9 @@ std::uint64_t PathTracer::Trace(std::span<const SampleRequest> requests, std::sp
         samples[i].radiance = path.direct + path.indirect;
         samples[i].indirect_luminance = Luminance(path.indirect);
         samples[i].features = path.features;
+        if (!records.empty()) {
+            records[i].radiance = samples[i].radiance;
+        }
     }
     return rays;
 }
@@ -111,6 +119,30 @@ void PathTracer::Start(const SampleRequest& request, Path* path) const {
             path->origin = moved.origin;
             path->direction = moved.direction;
         }
+    }
+}
+
+// The random numbers of the sample. A pinhole leaves room for those of the first direction, which
+// most of the noise is of.
+void PathTracer::BeginRecord(Path* path) const {
+    SampleRecord* record = path->record;
+    const Vec2f in_pixel = path->sampler.Pair(kPixelDimension);
+    record->x = in_pixel.x;
+    record->y = in_pixel.y;
+    if (camera_.lens_radius > 0) {
+        const Vec2f lens = path->sampler.Pair(kLensDimension);
+        record->random[0] = lens.x;
+        record->random[1] = lens.y;
+    } else {
+        const Vec2f direction = path->sampler.Pair(VertexBase(1) + kDirectionDimension);
+        record->random[0] = direction.x;
+        record->random[1] = direction.y;
+    }
+    record->random[2] = path->time;
+    if (!lights_.none_to_sample()) {
+        const Vec2f light = path->sampler.Pair(VertexBase(1) + kLightDimension);
+        record->random[3] = light.x;
+        record->random[4] = light.y;
     }
 }
 
@@ -191,6 +223,10 @@ void PathTracer::Leave(const EnvironmentLight::Place& place, Path* path) const {
     if (path->features_open) {
         const Rgb albedo = Min(radiance, {1, 1, 1}) * path->throughput * path->eta_scale;
         const float far = Length(path->origin - center_) + radius_;
+        if (path->record != nullptr && path->length == 0) {
+            path->record->hits[0] = {
+                path->origin + path->direction * far, {}, Min(radiance, {1, 1, 1})};
+        }
         path->features = {albedo.x, albedo.y, albedo.z, 0, 0, 0, path->length + far, 0};
     }
 }

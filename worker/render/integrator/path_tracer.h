@@ -30,8 +30,9 @@ class PathTracer {
                const RenderSettings& settings, const Box3f& bounds);
 
     // At most kWave requests; `paths` is scratch of as many. Returns the number of rays traced.
+    // `records`: as many, blank, to be filled, or none.
     std::uint64_t Trace(std::span<const SampleRequest> requests, std::span<Path> paths,
-                        std::span<PixelSample> samples) const;
+                        std::span<PixelSample> samples, std::span<SampleRecord> records = {}) const;
 
     static constexpr std::size_t kWave = 64;
 
@@ -60,6 +61,8 @@ class PathTracer {
     bool Shade(Path* path, int depth, const Randoms& randoms, const Places& places,
                std::size_t row) const;
     void AddEmission(const Surface& surface, const CompiledMaterial& material, Path* path) const;
+    void BeginRecord(Path* path) const;
+    void RecordHit(const Surface& surface, const Bsdf& bsdf, int depth, Path* path) const;
     void WriteFeatures(const Surface& surface, const Bsdf& bsdf, Path* path) const;
     void SampleLight(const Surface& surface, const CompiledMaterial& material, const Bsdf& bsdf,
                      int depth, const Randoms& randoms, const EnvironmentLight::Place& drawn,

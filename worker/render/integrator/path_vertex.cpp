@@ -56,6 +56,9 @@ bool PathTracer::Shade(Path* path, int depth, const Randoms& randoms, const Plac
             : ResolveMix(material, materials_, textures_, surface.uv,
                          path->sampler.Bits(VertexBase(depth) + kMixDimension));
     const Bsdf bsdf(part, textures_, surface.uv, surface.at, -path->direction, texels);
+    if (path->record != nullptr && depth <= 2) {
+        RecordHit(surface, bsdf, depth, path);
+    }
     if (path->features_open) {
         WriteFeatures(surface, bsdf, path);
     }
@@ -86,6 +89,10 @@ void PathTracer::AddEmission(const Surface& surface, const CompiledMaterial& mat
     }
     (path->specular_only ? path->direct : path->indirect) +=
         path->throughput * Emission(material, textures_, surface.uv) * weight;
+}
+
+void PathTracer::RecordHit(const Surface& surface, const Bsdf& bsdf, int depth, Path* path) const {
+    path->record->hits[depth - 1] = {surface.point, surface.at.frame.z, bsdf.albedo()};
 }
 
 void PathTracer::WriteFeatures(const Surface& surface, const Bsdf& bsdf, Path* path) const {

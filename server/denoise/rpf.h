@@ -1,0 +1,14 @@
+#pragma once
+
+#include <memory>
+
+#include "core/base/param_set.h"
+#include "server/denoise/denoiser.h"
+#include "server/denoise/rpf_kernels.h"
+
+namespace relume::denoise {
+
+// The filter, its inner loop by a kernel of one's choice.
+std::unique_ptr<Denoiser> MakeRpf(const ParamSet& params, RpfKernel kernel);
+
+}  // namespace relume::denoise
