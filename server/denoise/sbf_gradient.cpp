@@ -1,3 +1,13 @@
+// sbf-gradient: SBF that also compares gradients, the "improved SBF" of Xing, Chen, Li 2020 (Fig.
+// 11, equations 10 and 11; methods 2.4, 3.5, 3.6). What the paper leaves open:
+//
+// The gradient is that of the grey image filtered by the smallest window of `bilateral` (features
+// alone): that of the noisy image is mostly noise. In units of the frame's steepest gradients (99th
+// percentile), with the variance that the filter leaves it. The feature's sigma_g is 1, or 1/2, or
+// it has no say: each pixel takes the best of these for each of the seven windows, as SBF judges,
+// since a feature made of colours keeps some of their noise.
+//
+// Limits: risks count weights as free of the noise, which those of the gradient are not quite.
 #include "server/denoise/sbf_gradient.h"
 
 #include <algorithm>
