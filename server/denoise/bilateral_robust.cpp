@@ -58,7 +58,8 @@ void ChooseRows(const Frame& frame, const RobustBank& bank, int from, int to, Ch
     }
 }
 
-Chosen ChooseWindows(const Frame& frame, const BilateralKernels& kernels, const CancelToken& cancel) {
+Chosen ChooseWindows(const Frame& frame, const BilateralKernels& kernels,
+                     const CancelToken& cancel) {
     RobustBank bank(frame, kernels, cancel);
     Chosen chosen;
     chosen.features = bank.features();
