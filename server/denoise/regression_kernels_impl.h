@@ -9,6 +9,7 @@ namespace {
 static_assert(kRegressionGroup % RELUME_LANES == 0 && kRegressionSide <= kMostRows);
 
 constexpr int kR = kRegressionRadius, kSide = kRegressionSide;
+constexpr int kMost = kMaxRegressionFeatures;
 
 inline bool AnyPositive(Floats x) { return AnyBelow(Floats{} - x, 0); }
 
@@ -21,11 +22,10 @@ struct Neighbours {
 };
 
 // The pixels to fit: lanes x .. x + RELUME_LANES - 1 of row y.
-template <int kFeatures>
 struct Center {
     const float* weights;  // of offset (-kR, -kR)
     std::ptrdiff_t at, sum_at;
-    Floats feature[kFeatures + 1], color[3];  // + 1: no array of size 0
+    Floats feature[kMost], color[3];
 
     Floats Weight(int dx, int dy) const {
         return Load(weights + ((dy + kR) * kSide + dx + kR) * kRegressionGroup);
@@ -34,19 +34,18 @@ struct Center {
 
 // Columns of the design matrix: 1, y, x, features; then the colours. All relative to the centre.
 // Columns 1 and y need but the sums of each window row.
-template <int kFeatures>
 struct NormalEquations {
-    static constexpr int kColumns = kFeatures + 3;               // features, colours
-    Floats weight{}, x{}, xx{}, y{}, yy{}, xy{};                 // sums of w, w x, ...
-    Floats one[kColumns]{}, by_x[kColumns]{}, by_y[kColumns]{};  // of w column, w x column, ...
-    Floats cross[kFeatures + 1][kColumns]{};  // of w column column, on and above the diagonal
+    Floats weight{}, x{}, xx{}, y{}, yy{}, xy{};  // sums of w, w x, ...
+    // Of features, then colours: sums of w column, w x column, w y column, and of w column column,
+    // on and above the diagonal, a row a feature.
+    Floats one[kMost + 3]{}, by_x[kMost + 3]{}, by_y[kMost + 3]{};
+    Floats cross[kMost * (kMost + 3)]{};
 };
 
 template <int kFeatures>
-__attribute__((noinline)) void AddWindow(const RegressionTile& tile,
-                                         const Center<kFeatures>& center,
-                                         NormalEquations<kFeatures>* sums, Neighbours* neighbours) {
-    constexpr int kColumns = NormalEquations<kFeatures>::kColumns;
+__attribute__((noinline)) void AddWindow(const RegressionTile& tile, const Center& center,
+                                         NormalEquations* sums, Neighbours* neighbours) {
+    constexpr int kColumns = kFeatures + 3;
     // Copies that no store can change.
     const float* from[kColumns];
     Floats middle[kColumns];
@@ -112,24 +111,23 @@ __attribute__((noinline)) void AddWindow(const RegressionTile& tile,
             sums->by_x[c] += column_by_x[c];
             sums->by_y[c] += one[c] * y;
         }
-        AddProducts(row, kFeatures, kColumns, sums->cross[0]);
+        AddProducts(row, kFeatures, kColumns, sums->cross);
     }
 }
 
 // Coefficients of a channel: of 1, y, x and the features.
-template <int kFeatures>
 struct Fit {
-    static constexpr int kCount = kFeatures + 3;
-    Floats channel[3][kCount];
+    Floats channel[3][kMost + 3];
 };
 
 // Least squares with the intercept eliminated, which so has no ridge: a constant stays one. The
 // rest by L D L^T; a pivot that is not positive, a column that the ones before it make, takes no
 // part.
-template <int kFeatures>
-__attribute__((noinline)) void Solve(const RegressionTile& tile,
-                                     const NormalEquations<kFeatures>& sums, Fit<kFeatures>* fit) {
-    constexpr int kN = kFeatures + 2;  // y, x, features
+__attribute__((noinline)) void Solve(const RegressionTile& tile, const NormalEquations& sums,
+                                     Fit* fit) {
+    const int features = tile.features, columns = features + 3;
+    const int n = features + 2;  // y, x, features
+    constexpr int kN = kMost + 2;
     const Floats inverse_weight = Reciprocal(sums.weight);
     Floats mean[kN], lower[kN][kN], right[3][kN];
     mean[0] = sums.y * inverse_weight;
@@ -137,25 +135,25 @@ __attribute__((noinline)) void Solve(const RegressionTile& tile,
     lower[0][0] = sums.yy - sums.y * mean[0];
     lower[1][0] = sums.xy - sums.x * mean[0];
     lower[1][1] = sums.xx - sums.x * mean[1];
-    for (int a = 0; a < kFeatures; ++a) {
+    for (int a = 0; a < features; ++a) {
         mean[2 + a] = sums.one[a] * inverse_weight;
         lower[2 + a][0] = sums.by_y[a] - sums.one[a] * mean[0];
         lower[2 + a][1] = sums.by_x[a] - sums.one[a] * mean[1];
         for (int b = 0; b <= a; ++b) {
-            lower[2 + a][2 + b] = sums.cross[b][a] - sums.one[a] * mean[2 + b];
+            lower[2 + a][2 + b] = sums.cross[b * columns + a] - sums.one[a] * mean[2 + b];
         }
     }
     for (int c = 0; c < 3; ++c) {
-        const int column = kFeatures + c;
+        const int column = features + c;
         right[c][0] = sums.by_y[column] - sums.one[column] * mean[0];
         right[c][1] = sums.by_x[column] - sums.one[column] * mean[1];
-        for (int a = 0; a < kFeatures; ++a) {
-            right[c][2 + a] = sums.cross[a][column] - sums.one[column] * mean[2 + a];
+        for (int a = 0; a < features; ++a) {
+            right[c][2 + a] = sums.cross[a * columns + column] - sums.one[column] * mean[2 + a];
         }
     }
     const Floats floor = sums.weight * tile.floor;
     Floats inverse[kN];
-    for (int k = 0; k < kN; ++k) {
+    for (int k = 0; k < n; ++k) {
         const Floats variance = Max(lower[k][k], Floats{});
         const Floats added = variance * tile.ridge + floor;
         Floats pivot = variance + added;
@@ -164,7 +162,7 @@ __attribute__((noinline)) void Solve(const RegressionTile& tile,
         }
         // Of what is added half is left at least, but for rounding.
         inverse[k] = Reciprocal(pivot > added * 0.5f ? pivot : Floats{});
-        for (int i = k + 1; i < kN; ++i) {
+        for (int i = k + 1; i < n; ++i) {
             for (int m = 0; m < k; ++m) {
                 lower[i][k] -= lower[i][m] * lower[k][m] * inverse[m];
             }
@@ -172,21 +170,21 @@ __attribute__((noinline)) void Solve(const RegressionTile& tile,
     }
     for (int c = 0; c < 3; ++c) {
         Floats* b = right[c];
-        for (int k = 0; k < kN; ++k) {
+        for (int k = 0; k < n; ++k) {
             for (int m = 0; m < k; ++m) {
                 b[k] -= lower[k][m] * (b[m] * inverse[m]);
             }
         }
-        Floats intercept = sums.one[kFeatures + c];
-        for (int k = kN - 1; k >= 0; --k) {
+        Floats intercept = sums.one[features + c];
+        for (int k = n - 1; k >= 0; --k) {
             Floats value = b[k];
-            for (int m = k + 1; m < kN; ++m) {
+            for (int m = k + 1; m < n; ++m) {
                 value -= lower[m][k] * fit->channel[c][1 + m];
             }
             fit->channel[c][1 + k] = value * inverse[k];
         }
         intercept *= inverse_weight;
-        for (int k = 0; k < kN; ++k) {
+        for (int k = 0; k < n; ++k) {
             intercept -= fit->channel[c][1 + k] * mean[k];
         }
         fit->channel[c][0] = intercept;
@@ -194,9 +192,9 @@ __attribute__((noinline)) void Solve(const RegressionTile& tile,
 }
 
 // Adds the fit's values at kCount pixels of a window's column dx, in rows `dy`.
-template <int kCount, int kFeatures>
-__attribute__((noinline)) void AddFit(const RegressionTile& tile, const Center<kFeatures>& center,
-                                      const Fit<kFeatures>& fit, int dx, const int* dy) {
+template <int kCount>
+__attribute__((noinline)) void AddFit(const RegressionTile& tile, const Center& center,
+                                      const Fit& fit, int dx, const int* dy) {
     Floats value[kCount][3];
     std::ptrdiff_t shift[kCount];
     const float x = static_cast<float>(dx);
@@ -213,7 +211,7 @@ __attribute__((noinline)) void AddFit(const RegressionTile& tile, const Center<k
     }
     // Not unrolled, lest the compiler load what the registers cannot hold.
 #pragma GCC unroll 1
-    for (int f = 0; f < kFeatures; ++f) {
+    for (int f = 0; f < tile.features; ++f) {
         const float* from = tile.feature[f];
         const Floats middle = center.feature[f];
         const Floats r = fit.channel[0][3 + f], g = fit.channel[1][3 + f];
@@ -240,9 +238,8 @@ __attribute__((noinline)) void AddFit(const RegressionTile& tile, const Center<k
 
 // Column by column: a store is not read again before the whole column is done, since a vector that
 // overlaps a store still in flight waits for it.
-template <int kFeatures>
-void AddFitToColumn(const RegressionTile& tile, const Center<kFeatures>& center,
-                    const Neighbours& neighbours, const Fit<kFeatures>& fit, int dx) {
+void AddFitToColumn(const RegressionTile& tile, const Center& center, const Neighbours& neighbours,
+                    const Fit& fit, int dx) {
     const int* dy = neighbours.dy[dx + kR];
     int left = neighbours.count[dx + kR];
     for (; left >= 5; left -= 5, dy += 5) {
@@ -260,29 +257,34 @@ void AddFitToColumn(const RegressionTile& tile, const Center<kFeatures>& center,
     }
 }
 
+using AddWindowKernel = void (*)(const RegressionTile&, const Center&, NormalEquations*,
+                                 Neighbours*);
+constexpr AddWindowKernel kAddWindow[kMost + 1] = {AddWindow<0>, AddWindow<1>, AddWindow<2>,
+                                                   AddWindow<3>, AddWindow<4>, AddWindow<5>,
+                                                   AddWindow<6>, AddWindow<7>, AddWindow<8>};
+
 // A group of pixels is fitted before any is added, so that sums have the same order for any number
 // of lanes.
-template <int kFeatures>
-void RegressWith(const RegressionTile& tile) {
+void Regress(const RegressionTile& tile) {
     constexpr int kVectors = kRegressionGroup / RELUME_LANES;
     for (int y = 0; y < tile.height; ++y) {
         for (int x = 0; x < tile.width; x += kRegressionGroup) {
-            Center<kFeatures> center[kVectors];
+            Center center[kVectors];
             Neighbours neighbours[kVectors];
-            Fit<kFeatures> fit[kVectors];
+            Fit fit[kVectors];
             for (int v = 0; v < kVectors; ++v) {
                 const int first = x + v * RELUME_LANES;
                 center[v].weights = tile.weights + WeightIndex(first, y, -kR, -kR);
                 center[v].at = y * tile.stride + first;
                 center[v].sum_at = y * tile.sum_stride + first;
-                for (int f = 0; f < kFeatures; ++f) {
+                for (int f = 0; f < tile.features; ++f) {
                     center[v].feature[f] = Load(tile.feature[f] + center[v].at);
                 }
                 for (int c = 0; c < 3; ++c) {
                     center[v].color[c] = Load(tile.color[c] + center[v].at);
                 }
-                NormalEquations<kFeatures> sums;
-                AddWindow(tile, center[v], &sums, &neighbours[v]);
+                NormalEquations sums;
+                kAddWindow[tile.features](tile, center[v], &sums, &neighbours[v]);
                 Solve(tile, sums, &fit[v]);
             }
             for (int dx = -kR; dx <= kR; ++dx) {
@@ -291,29 +293,6 @@ void RegressWith(const RegressionTile& tile) {
                 }
             }
         }
-    }
-}
-
-void Regress(const RegressionTile& tile) {
-    switch (tile.features) {
-        case 0:
-            return RegressWith<0>(tile);
-        case 1:
-            return RegressWith<1>(tile);
-        case 2:
-            return RegressWith<2>(tile);
-        case 3:
-            return RegressWith<3>(tile);
-        case 4:
-            return RegressWith<4>(tile);
-        case 5:
-            return RegressWith<5>(tile);
-        case 6:
-            return RegressWith<6>(tile);
-        case 7:
-            return RegressWith<7>(tile);
-        case 8:
-            return RegressWith<8>(tile);
     }
 }
 
