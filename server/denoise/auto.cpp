@@ -17,6 +17,7 @@
 
 #include "core/base/error.h"
 #include "server/denoise/denoiser.h"
+#include "server/denoise/feature_groups.h"
 #include "server/denoise/trial.h"
 #include "server/denoise/without_features.h"
 

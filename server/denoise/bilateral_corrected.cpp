@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "core/base/error.h"
 #include "server/denoise/bilateral.h"
 #include "server/denoise/bilateral_bank.h"
+#include "server/denoise/cancelled.h"
 #include "server/denoise/planes.h"
 
 namespace relume::denoise {
@@ -27,9 +27,7 @@ class CorrectedBilateral final : public Denoiser {
         std::vector<unsigned char> choice(pixels, 0);
         std::size_t chosen[kCandidates] = {};
         for (int k = 0; k < kCandidates; ++k) {
-            if (cancel.cancelled()) {
-                throw Error(ErrorCode::kCancelled, "the filter was cancelled");
-            }
+            ThrowIfCancelled(cancel);
             const Plane smooth = BlurGaussian(bank.sure[k], frame.width, frame.height, kSureBlur);
             for (std::size_t i = 0; i < pixels; ++i) {
                 if (smooth[i] < best[i]) {

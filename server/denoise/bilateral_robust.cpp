@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/error.h"
 #include "server/denoise/bilateral.h"
 #include "server/denoise/bilateral_robust_bank.h"
+#include "server/denoise/cancelled.h"
 #include "server/denoise/planes.h"
 
 namespace relume::denoise {
@@ -15,12 +15,6 @@ constexpr float kSureBlur = 4;  // pixels (methods 1.5)
 constexpr float kMixBlur = 8;   // pixels: a share that is noisy lets noise through
 // How far the blur of SURE reaches. The candidates are made kBandRows at a time.
 constexpr int kBlurReach = 12, kBandRows = 2 * kPairHeight;
-
-void ThrowIfCancelled(const CancelToken& cancel) {
-    if (cancel.cancelled()) {
-        throw Error(ErrorCode::kCancelled, "the filter was cancelled");
-    }
-}
 
 // Of each pixel the candidate with the least smoothed SURE.
 struct Chosen {

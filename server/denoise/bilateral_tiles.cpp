@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "core/base/error.h"
 #include "core/base/parallel.h"
+#include "server/denoise/cancelled.h"
 
 namespace relume::denoise {
 namespace {
@@ -91,9 +91,7 @@ void ForEachTile(const Frame& frame, RowRange rows, int planes, const TileShape&
     ParallelFor(0, across * down, 1, [&](std::size_t begin, std::size_t end) {
         TilePlanes scratch(planes, shape);
         for (std::size_t t = begin; t < end; ++t) {
-            if (cancel.cancelled()) {
-                throw Error(ErrorCode::kCancelled, "the filter was cancelled");
-            }
+            ThrowIfCancelled(cancel);
             const int x0 = static_cast<int>(t % across) * shape.width;
             const int y0 = rows.begin + static_cast<int>(t / across) * shape.height;
             body({x0, y0, std::min(shape.width, frame.width - x0),

@@ -81,12 +81,14 @@ bool HasForHalves(const Denoiser& denoiser, const Frame& frame) {
     return samples >= denoiser.GetNeeds().min_spp * static_cast<double>(frame.pixel_count());
 }
 
-// By the halves of a part of a large frame: without a map.
-ErrorEstimate JudgeParts(const Denoiser& denoiser, const std::vector<FramePart>& parts,
-                         const CancelToken& cancel) {
+// By the halves of some windows of a large frame: without a map.
+ErrorEstimate JudgeParts(const Denoiser& denoiser, const Frame& frame,
+                         const std::vector<TileRect>& windows, const CancelToken& cancel) {
     ErrorEstimate estimate;
-    double sum = 0, squares = 0, within = 0;
-    for (const FramePart& part : parts) {
+    const auto n = static_cast<double>(windows.size());
+    double sum = 0, squares = 0;
+    for (const TileRect& window : windows) {
+        const FramePart part = CutPart(frame, window);
         const ErrorEstimate whole =
             JudgeHalves(part.frame, FilterHalves(denoiser, part.frame, cancel));
         const Plane inner = CropPlane(whole.map, part.frame.width, part.inner);
@@ -96,12 +98,11 @@ ErrorEstimate JudgeParts(const Denoiser& denoiser, const std::vector<FramePart>&
         }
         sum += mean;
         squares += mean * mean;
-        estimate.unfiltered += whole.unfiltered / static_cast<double>(parts.size());
-        within += 1;
+        estimate.unfiltered += whole.unfiltered / n;
     }
-    const double mean = sum / within;
+    const double mean = sum / n;
     estimate.relmse = std::max(0.0, mean);
-    const double among = std::max(0.0, squares / within - mean * mean) / (within - 1);
+    const double among = std::max(0.0, squares / n - mean * mean) / (n - 1);
     const double bias = kFilteredBias * estimate.relmse;
     const double margin = 1.96 * std::sqrt(among + bias * bias);
     estimate.low = std::max(0.0, estimate.relmse - margin);
@@ -177,9 +178,9 @@ std::optional<ErrorEstimate> EstimateByHalves(const Denoiser& denoiser, const Fr
                    ? std::optional(JudgeHalves(frame, FilterHalves(denoiser, frame, cancel)))
                    : std::nullopt;
     }
-    const std::vector<FramePart> parts = CutParts(frame, kShare);
-    return parts.size() > 1 ? JudgeParts(denoiser, parts, cancel)
-                            : JudgeHalves(frame, FilterHalves(denoiser, frame, cancel));
+    const std::vector<TileRect> windows = ChooseWindows(frame, kShare);
+    return windows.size() > 1 ? JudgeParts(denoiser, frame, windows, cancel)
+                              : JudgeHalves(frame, FilterHalves(denoiser, frame, cancel));
 }
 
 std::optional<ErrorEstimate> EstimateFiltered(const Denoiser& denoiser, const Frame& frame,

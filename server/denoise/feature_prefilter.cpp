@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "server/denoise/feature_groups.h"
 #include "server/denoise/frame_repair.h"
 #include "server/denoise/halves.h"
 #include "server/denoise/nlm_filter.h"
@@ -14,11 +15,6 @@ namespace {
 
 constexpr int kRadius = 5;
 constexpr float kLeastResidual = 1e-6f;  // below it is 0, for features of about 1
-
-struct Group {
-    int first, count;
-};
-constexpr Group kGroups[] = {{kNormalX, 3}, {kAlbedoR, 3}, {kDepth, 1}, {kVisibility, 1}};
 
 // Where both halves have samples, and how much of the squared difference of their means is variance
 // of the mean: nA nB / n^2.
@@ -72,7 +68,7 @@ bool IsNoisy(const Noise& noise) {
     return std::ranges::any_of(noise.variance, [](float v) { return v > 0; });
 }
 
-void FilterGroup(const Frame& frame, Group group, const HalvesShare& halves,
+void FilterGroup(const Frame& frame, const FeatureGroup& group, const HalvesShare& halves,
                  const CancelToken& cancel, const NlmKernels& kernels, PrefilteredFeatures* out) {
     std::vector<Noise> noise;
     bool noisy = false;
@@ -137,7 +133,7 @@ PrefilteredFeatures PrefilterFeatures(const Frame& frame, const CancelToken& can
                                       const NlmKernels& kernels) {
     const HalvesShare halves = ShareOfHalves(frame);
     PrefilteredFeatures out;
-    for (const Group& group : kGroups) {
+    for (const FeatureGroup& group : kFeatureGroups) {
         if (!frame.feature[group.first].empty()) {
             FilterGroup(frame, group, halves, cancel, kernels, &out);
         }

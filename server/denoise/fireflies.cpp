@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/base/parallel.h"
+#include "core/math/vec.h"
 #include "server/denoise/halves.h"
 
 namespace relume::denoise {
@@ -22,10 +23,10 @@ Window WindowAround(const Frame& frame, int x, int y, int radius) {
             std::min(y + radius + 1, frame.height)};
 }
 
-Plane Luminance(const Plane (&color)[3]) {
+Plane LuminanceOf(const Plane (&color)[3]) {
     Plane out(color[0].size());
     for (std::size_t i = 0; i < out.size(); ++i) {
-        out[i] = 0.2126f * color[0][i] + 0.7152f * color[1][i] + 0.0722f * color[2][i];
+        out[i] = relume::Luminance({color[0][i], color[1][i], color[2][i]});
     }
     return out;
 }
@@ -126,8 +127,8 @@ std::size_t SpreadFireflies(Frame* frame) {
     if (frame->brightest.empty() || frame->count.empty()) {
         return 0;
     }
-    const Plane variance = Luminance(frame->variance);
-    const auto found = Find(*frame, Luminance(frame->color), variance, frame->count);
+    const Plane variance = LuminanceOf(frame->variance);
+    const auto found = Find(*frame, LuminanceOf(frame->color), variance, frame->count);
     const auto number = static_cast<std::size_t>(std::count(found.begin(), found.end(), 1));
     for (int c = 0; c < 3; ++c) {
         Spread(*frame, found, &frame->color[c]);
@@ -140,7 +141,7 @@ std::size_t SpreadFireflies(Frame* frame) {
             count[i] = std::max(1.0f, HalfCount(frame->count[i], h));
             twice[i] *= std::max(frame->count[i], 1.0f) / count[i];
         }
-        const auto in_half = Find(*frame, Luminance(frame->half[h]), twice, count);
+        const auto in_half = Find(*frame, LuminanceOf(frame->half[h]), twice, count);
         for (int c = 0; c < 3; ++c) {
             Spread(*frame, in_half, &frame->half[h][c]);
         }

@@ -19,8 +19,10 @@ std::uint32_t Hash(std::uint32_t v) {
     return (v >> 22) ^ v;
 }
 
-// The parts that are judged, without their halos: one at a random place of each cell of a grid.
-std::vector<TileRect> ChooseWindows(int width, int height, int share) {
+}  // namespace
+
+std::vector<TileRect> ChooseWindows(const Frame& frame, int share) {
+    const int width = frame.width, height = frame.height;
     const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
     const double cells = std::max<double>(
         kFewest, static_cast<double>(pixels) / (share * static_cast<double>(kWindow)));
@@ -48,19 +50,13 @@ std::vector<TileRect> ChooseWindows(int width, int height, int share) {
     return windows;
 }
 
-}  // namespace
-
-std::vector<FramePart> CutParts(const Frame& frame, int share) {
-    std::vector<FramePart> parts;
-    for (const TileRect& inner : ChooseWindows(frame.width, frame.height, share)) {
-        const TileRect outer = {std::max(inner.x0 - kHalo, 0), std::max(inner.y0 - kHalo, 0),
-                                std::min(inner.x1 + kHalo, frame.width),
-                                std::min(inner.y1 + kHalo, frame.height)};
-        parts.push_back(
-            {CropFrame(frame, outer),
-             {inner.x0 - outer.x0, inner.y0 - outer.y0, inner.x1 - outer.x0, inner.y1 - outer.y0}});
-    }
-    return parts;
+FramePart CutPart(const Frame& frame, const TileRect& window) {
+    const TileRect outer = {std::max(window.x0 - kHalo, 0), std::max(window.y0 - kHalo, 0),
+                            std::min(window.x1 + kHalo, frame.width),
+                            std::min(window.y1 + kHalo, frame.height)};
+    return {
+        CropFrame(frame, outer),
+        {window.x0 - outer.x0, window.y0 - outer.y0, window.x1 - outer.x0, window.y1 - outer.y0}};
 }
 
 }  // namespace relume::denoise

@@ -14,8 +14,10 @@ struct FramePart {
 };
 
 // Windows of 64x64 pixels, one at a random place of each cell of a grid, the same each time: with
-// their halos of 24 about one part in `share` of the frame, at least eight windows. A frame of
-// which they would be nearly all is one part, whole.
-std::vector<FramePart> CutParts(const Frame& frame, int share);
+// their halos of 24 about one part in `share` of the frame, at least eight windows. Of a frame of
+// which they would be nearly all: one window, the whole.
+std::vector<TileRect> ChooseWindows(const Frame& frame, int share);
+
+FramePart CutPart(const Frame& frame, const TileRect& window);
 
 }  // namespace relume::denoise

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "core/base/error.h"
 #include "core/base/parallel.h"
+#include "server/denoise/cancelled.h"
 #include "server/denoise/nlm_kernels.h"
 
 namespace relume::denoise {
@@ -72,9 +72,7 @@ void ForTilesOf(int width, int height, int tile_width, int tile_height, const Ca
     ParallelFor(0, across * down, 1, [&](std::size_t begin, std::size_t end) {
         const TileBody body = make();
         for (std::size_t t = begin; t < end; ++t) {
-            if (cancel.cancelled()) {
-                throw Error(ErrorCode::kCancelled, "the filter was cancelled");
-            }
+            ThrowIfCancelled(cancel);
             const int x0 = static_cast<int>(t % across) * tile_width;
             const int y0 = static_cast<int>(t / across) * tile_height;
             body({x0, y0, std::min(x0 + tile_width, width), std::min(y0 + tile_height, height)});

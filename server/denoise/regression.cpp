@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cstring>
 
-#include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "server/denoise/bilateral_tiles.h"
+#include "server/denoise/cancelled.h"
 
 namespace relume::denoise {
 namespace {
@@ -156,9 +156,7 @@ std::vector<std::array<Plane, 3>> RegressFirstOrder(const RegressionInput& input
                     [&](std::size_t begin, std::size_t end) {
                         Scratch scratch(input);
                         for (std::size_t t = begin; t < end; ++t) {
-                            if (cancel.cancelled()) {
-                                throw Error(ErrorCode::kCancelled, "the filter was cancelled");
-                            }
+                            ThrowIfCancelled(cancel);
                             const int i = static_cast<int>(t);
                             const int x0 = (2 * (i % columns) + first_x) * kRegressionTileWidth;
                             const int y0 = (2 * (i / columns) + first_y) * kRegressionTileHeight;

@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
-#include "core/base/error.h"
 #include "core/base/parallel.h"
+#include "server/denoise/cancelled.h"
 #include "server/denoise/rpf_pixel.h"
 
 namespace relume::denoise {
@@ -254,9 +254,7 @@ std::vector<Rgb> FilterSamples(const RpfSamples& samples, const std::vector<Rgb>
                         const int y0 = static_cast<int>(tile) / across * kTile;
                         for (int y = y0; y < std::min(y0 + kTile, samples.height); ++y) {
                             for (int x = x0; x < std::min(x0 + kTile, samples.width); ++x) {
-                                if (cancel.cancelled()) {
-                                    throw Error(ErrorCode::kCancelled, "the filter was cancelled");
-                                }
+                                ThrowIfCancelled(cancel);
                                 body.FilterPixel(x, y, &near, &out);
                             }
                         }

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "server/denoise/cancelled.h"
 #include "server/denoise/denoiser.h"
 
 namespace relume::denoise {
@@ -40,12 +41,6 @@ void CheckNeeds(const Denoiser& denoiser, const Frame& frame) {
         throw Error(ErrorCode::kFailedPrecondition,
                     fmt::format("filter '{}' needs {} samples a pixel; the image has {:.3g}",
                                 denoiser.Describe(), needs.min_spp, spp));
-    }
-}
-
-void ThrowIfCancelled(const CancelToken& cancel) {
-    if (cancel.cancelled()) {
-        throw Error(ErrorCode::kCancelled, "the filter was cancelled");
     }
 }
 

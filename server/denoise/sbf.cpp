@@ -43,8 +43,6 @@ constexpr int kPlanned[] = {0, 2, 4, 6};          // windows between passes
 constexpr float kPriorityFloor = 1e-2f;
 constexpr double kFewest = 1, kMost = 1024;  // samples that a plan gives a pixel
 
-float Luminance(float r, float g, float b) { return 0.2126f * r + 0.7152f * g + 0.0722f * b; }
-
 class Sbf final : public Denoiser {
   public:
     Sbf(bool gradient, const SbfKernels& kernels) : gradient_(gradient), kernels_(kernels) {}
@@ -152,7 +150,7 @@ class Sbf final : public Denoiser {
                 variance += plane[first + o] * (1.0f / 3.0f);
             }
             const auto& f = candidate.filtered;
-            const float y = Luminance(f[0][o], f[1][o], f[2][o]);
+            const float y = Luminance(Rgb{f[0][o], f[1][o], f[2][o]});
             out[o] = std::max(candidate.risk[o] + variance, 0.0f) / (y * y + kPriorityFloor);
         }
         return out;

@@ -25,9 +25,9 @@ double Seconds(std::chrono::steady_clock::time_point since) {
 
 Trial::Trial(const Frame& frame, const Denoiser& base, const CancelToken& cancel) {
     std::size_t part = 0;
-    for (FramePart& cut : CutParts(frame, kShare)) {
-        part += cut.frame.pixel_count();
-        Window window{std::move(cut), {}, {}};
+    for (const TileRect& rect : ChooseWindows(frame, kShare)) {
+        Window window{CutPart(frame, rect), {}, {}};
+        part += window.part.frame.pixel_count();
         window.noise = VarianceByHalves(window.part.frame);
         windows_.push_back(std::move(window));
     }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "server/denoise/feature_groups.h"
 #include "server/denoise/on_changed_frame.h"
 
 namespace relume::denoise {

@@ -8,16 +8,6 @@
 
 namespace relume::denoise {
 
-// Groups of features, as people name them.
-struct FeatureGroup {
-    const char* name;
-    int first, count;  // FeatureChannel
-};
-inline constexpr FeatureGroup kFeatureGroups[] = {{"normal", kNormalX, 3},
-                                                  {"albedo", kAlbedoR, 3},
-                                                  {"depth", kDepth, 1},
-                                                  {"visibility", kVisibility, 1}};
-
 // The filter, blind to some groups of features: any filter's parameter `without`, names joined by
 // '-'. An unknown name throws kInvalidArgument with the known ones.
 std::unique_ptr<Denoiser> WithoutFeatures(std::unique_ptr<Denoiser> denoiser,

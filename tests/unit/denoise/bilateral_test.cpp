@@ -6,6 +6,7 @@
 #include "core/base/parallel.h"
 #include "server/denoise/bilateral.h"
 #include "server/denoise/bilateral_bank.h"
+#include "server/denoise/crop_frame.h"
 #include "tests/unit/denoise/reference_bilateral.h"
 #include "tests/unit/denoise/synthetic.h"
 
@@ -285,25 +286,7 @@ TEST_P(BilateralTiles, BitsDoNotDependOnWhereTilesLie) {
     const int halo = GetParam().second;
     Frame frame = MakeRandomFrame(kWidth, kHeight, 11);
     frame.feature[kDepth][70 + 60 * kWidth] = 10;  // the largest, in both
-    Frame crop = frame;
-    crop.width = kWidth - kLeft;
-    crop.height = kHeight - kTop;
-    const auto cut = [&](Plane* plane) {
-        Plane part;
-        for (int y = kTop; y < kHeight; ++y) {
-            part.insert(part.end(), plane->begin() + y * kWidth + kLeft,
-                        plane->begin() + (y + 1) * kWidth);
-        }
-        *plane = part;
-    };
-    for (int c = 0; c < 3; ++c) {
-        cut(&crop.color[c]);
-        cut(&crop.variance[c]);
-    }
-    for (int f = 0; f < kFeatureCount; ++f) {
-        cut(&crop.feature[f]);
-        cut(&crop.feature_variance[f]);
-    }
+    const Frame crop = CropFrame(frame, {kLeft, kTop, kWidth, kHeight});
     const auto denoiser = mode.make(BestKernels());
     const Result whole = denoiser->Reconstruct(frame, {}), part = denoiser->Reconstruct(crop, {});
     for (int y = halo; y < crop.height; ++y) {

@@ -6,10 +6,9 @@
 #include <map>
 
 #include "core/base/error.h"
-#include "core/image/exr.h"
-#include "core/image/metrics.h"
 #include "server/denoise/denoiser.h"
 #include "server/denoise/output_image.h"
+#include "tests/unit/denoise/authors_rows.h"
 #include "tests/unit/denoise/synthetic.h"
 
 namespace relume::denoise {
@@ -256,32 +255,6 @@ TEST_P(Bilateral, LowersNoiseAndKeepsEdges) {
     }
 }
 
-// The frame of ../shared/buffers/chess, and others' results on it.
-class AuthorsRows : public testing::Test {
-  protected:
-    void SetUp() override {
-        if (!std::filesystem::exists(kFolder / "buffers.exr")) {
-            GTEST_SKIP() << "needs ../shared/buffers/chess";
-        }
-        Image buffers = ReadExr(kFolder / "buffers.exr");
-        std::ranges::fill(buffers.Plane(buffers.Add("samples.Y")), 8.0f);
-        frame_ = FrameFromImage(buffers, nullptr);
-    }
-
-    static double MrSEOf(const Image& reference, const Image& test) {
-        return CompareImages(reference, test, "", "", false).mrse;
-    }
-    static Image Row(const char* name) { return ReadExr(kFolder / name); }
-    Image Filter(const char* filter) const {
-        const Result result = RunDenoiser(*MakeDenoiser(filter), frame_, CancelToken{});
-        return AssembleLayers(frame_, result, nullptr, false);
-    }
-
-    inline static const std::filesystem::path kFolder =
-        std::filesystem::path(RELUME_SOURCE_DIR) / "../shared/buffers/chess";
-    Frame frame_;
-};
-
 TEST_F(AuthorsRows, BilateralComesWithinFivePercentOfSbf) {
     const Image reference = Row("reference.exr");
     const double sbf = MrSEOf(reference, Row("sbf.exr"));
@@ -304,15 +277,6 @@ TEST_F(AuthorsRows, SbfIsTheirs) {
 TEST_F(AuthorsRows, GemIsNoWorseThanTheirs) {
     const Image reference = Row("reference.exr");
     EXPECT_LT(MrSEOf(reference, Filter("gem")), MrSEOf(reference, Row("gem.exr")));
-}
-
-std::string MessageOf(const std::function<void()>& call) {
-    try {
-        call();
-    } catch (const Error& error) {
-        return error.what();
-    }
-    return "nothing thrown";
 }
 
 TEST(Registry, UnknownNamesAreAnsweredWithTheKnownOnes) {

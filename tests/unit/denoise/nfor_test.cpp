@@ -6,12 +6,10 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
-#include "core/image/exr.h"
-#include "core/image/metrics.h"
 #include "server/denoise/denoiser.h"
 #include "server/denoise/halves.h"
 #include "server/denoise/nfor_features.h"
-#include "server/denoise/output_image.h"
+#include "tests/unit/denoise/authors_rows.h"
 #include "tests/unit/denoise/synthetic.h"
 
 namespace relume::denoise {
@@ -122,21 +120,11 @@ TEST(Nfor, BitsDoNotDependOnThreads) {
 }
 
 // The image of its authors' program on the same samples, and its distance from the reference.
-TEST(Nfor, ComesNearItsAuthorsImage) {
-    const std::filesystem::path folder =
-        std::filesystem::path(RELUME_SOURCE_DIR) / "../shared/buffers/chess";
-    if (!std::filesystem::exists(folder / "buffers.exr")) {
-        GTEST_SKIP() << "needs ../shared/buffers/chess";
-    }
-    Image buffers = ReadExr(folder / "buffers.exr");
-    std::ranges::fill(buffers.Plane(buffers.Add("samples.Y")), 8.0f);
-    const Image reference = ReadExr(folder / "reference.exr");
-    const Image authors = ReadExr(folder / "nfor.exr");
-    const Frame frame = FrameFromImage(buffers, nullptr);
-    const Image image = AssembleLayers(frame, Filter(frame), nullptr, false);
-    const double row = CompareImages(reference, authors, "", "", false).mrse;
-    EXPECT_LT(CompareImages(reference, image, "", "", false).mrse, 1.02 * row);
-    EXPECT_LT(CompareImages(authors, image, "", "", false).mrse, 0.1 * row);
+TEST_F(AuthorsRows, NforComesNear) {
+    const Image reference = Row("reference.exr"), theirs = Row("nfor.exr"), ours = Filter("nfor");
+    const double row = MrSEOf(reference, theirs);
+    EXPECT_LT(MrSEOf(reference, ours), 1.02 * row);
+    EXPECT_LT(MrSEOf(theirs, ours), 0.1 * row);
 }
 
 }  // namespace

@@ -7,10 +7,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "core/base/parallel.h"
-#include "core/image/exr.h"
-#include "core/image/metrics.h"
-#include "server/denoise/output_image.h"
+#include "tests/unit/denoise/authors_rows.h"
 #include "tests/unit/denoise/reference_nlm.h"
 #include "tests/unit/denoise/synthetic.h"
 
@@ -45,28 +42,8 @@ TEST(Nlm, FiltersEachHalfByWeightsFromTheOther) {
 }
 
 TEST(Nlm, SameBitsForAnyInstructionSetAndThreadCount) {
-    const Frame frame = MakeGaussianFrame({150, 70}, 2);
-    std::optional<Result> first;
-    Plane plan;
-    const NlmKernelList usable = UsableNlmKernels();
-    for (int k = 0; k < usable.size; ++k) {
-        for (const int threads : {1, 4}) {
-            SetThreadCount(threads);
-            const auto nlm = MakeNlm(*usable.list[k]);
-            const Result result = nlm->Reconstruct(frame, {});
-            const Plane counts = nlm->PlanSamples(frame, 1000, {});
-            if (!first) {
-                first = result;
-                plan = counts;
-            }
-            for (int c = 0; c < 3; ++c) {
-                EXPECT_EQ(result.color[c], first->color[c]) << usable.list[k]->name;
-            }
-            EXPECT_EQ(*result.error, *first->error);
-            EXPECT_EQ(counts, plan);
-        }
-    }
-    SetThreadCount(0);
+    ExpectSameBits(MakeGaussianFrame({150, 70}, 2),
+                   [](const NlmKernels& kernels) { return MakeNlm(kernels); });
 }
 
 // One colour, Gaussian noise: all error is variance. Weights differ from 1 only where the noise
@@ -149,22 +126,11 @@ TEST(Nlm, PlansSamplesWhereTheFilteredHalvesDiffer) {
     EXPECT_GT(right, 4 * left);
 }
 
-TEST(Nlm, ComesNearItsAuthors) {
-    const std::filesystem::path folder =
-        std::filesystem::path(RELUME_SOURCE_DIR) / "../shared/buffers/chess";
-    if (!std::filesystem::exists(folder / "buffers.exr")) {
-        GTEST_SKIP() << "needs ../shared/buffers/chess";
-    }
-    Image buffers = ReadExr(folder / "buffers.exr");
-    std::ranges::fill(buffers.Plane(buffers.Add("samples.Y")), 8.0f);
-    const Image reference = ReadExr(folder / "reference.exr");
-    const Image theirs = ReadExr(folder / "nlm.exr");
-    const Frame frame = FrameFromImage(buffers, nullptr);
-    const Image ours =
-        AssembleLayers(frame, MakeNlm(BestNlmKernels())->Reconstruct(frame, {}), nullptr, false);
-    const double row = CompareImages(reference, theirs, "", "", false).mrse;
-    EXPECT_LT(CompareImages(reference, ours, "", "", false).mrse, 1.1 * row);
-    EXPECT_LT(CompareImages(theirs, ours, "", "", false).mrse, 0.15 * row);
+TEST_F(AuthorsRows, NlmComesNear) {
+    const Image reference = Row("reference.exr"), theirs = Row("nlm.exr"), ours = Filter("nlm");
+    const double row = MrSEOf(reference, theirs);
+    EXPECT_LT(MrSEOf(reference, ours), 1.1 * row);
+    EXPECT_LT(MrSEOf(theirs, ours), 0.15 * row);
 }
 
 }  // namespace

@@ -7,11 +7,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "core/base/parallel.h"
-#include "core/image/exr.h"
-#include "core/image/metrics.h"
-#include "server/denoise/output_image.h"
 #include "server/denoise/rd_filter.h"
+#include "tests/unit/denoise/authors_rows.h"
 #include "tests/unit/denoise/reference_nlm.h"
 #include "tests/unit/denoise/synthetic.h"
 
@@ -258,28 +255,8 @@ TEST(RdFilter, SureTellsTheError) {
 }
 
 TEST(Rd, SameBitsForAnyInstructionSetAndThreadCount) {
-    const Frame frame = MakeGaussianFrame({100, 50}, 3);
-    std::optional<Result> first;
-    Plane plan;
-    const NlmKernelList usable = UsableNlmKernels();
-    for (int k = 0; k < usable.size; ++k) {
-        for (const int threads : {1, 4}) {
-            SetThreadCount(threads);
-            const auto rd = MakeRd(*usable.list[k]);
-            const Result result = rd->Reconstruct(frame, {});
-            const Plane counts = rd->PlanSamples(frame, 1000, {});
-            if (!first) {
-                first = result;
-                plan = counts;
-            }
-            for (int c = 0; c < 3; ++c) {
-                EXPECT_EQ(result.color[c], first->color[c]) << usable.list[k]->name;
-            }
-            EXPECT_EQ(*result.error, *first->error);
-            EXPECT_EQ(counts, plan);
-        }
-    }
-    SetThreadCount(0);
+    ExpectSameBits(MakeGaussianFrame({100, 50}, 3),
+                   [](const NlmKernels& kernels) { return MakeRd(kernels); });
 }
 
 TEST(Rd, BandsDoNotShow) {
@@ -375,25 +352,12 @@ TEST(Rd, PlansSamplesWhereTheErrorIs) {
     EXPECT_GT(right, 3 * left);
 }
 
-TEST(Rd, IsClearlyBetterThanNlmAlone) {
-    const std::filesystem::path folder =
-        std::filesystem::path(RELUME_SOURCE_DIR) / "../shared/buffers/chess";
-    if (!std::filesystem::exists(folder / "buffers.exr")) {
-        GTEST_SKIP() << "needs ../shared/buffers/chess";
-    }
-    Image buffers = ReadExr(folder / "buffers.exr");
-    std::ranges::fill(buffers.Plane(buffers.Add("samples.Y")), 8.0f);
-    const Image reference = ReadExr(folder / "reference.exr");
-    const Frame frame = FrameFromImage(buffers, nullptr);
-    const Image ours =
-        AssembleLayers(frame, MakeRd(BestNlmKernels())->Reconstruct(frame, {}), nullptr, false);
-    const auto mrse = [&](const char* name) {
-        return CompareImages(reference, ReadExr(folder / name), "", "", false).mrse;
-    };
+TEST_F(AuthorsRows, RdIsClearlyBetterThanNlmAlone) {
+    const Image reference = Row("reference.exr");
     // As good as NFOR, which its paper puts beside it.
-    const double result = CompareImages(reference, ours, "", "", false).mrse;
-    EXPECT_LT(result, 0.75 * mrse("nlm.exr"));
-    EXPECT_LT(result, 1.05 * mrse("nfor.exr"));
+    const double result = MrSEOf(reference, Filter("rd"));
+    EXPECT_LT(result, 0.75 * MrSEOf(reference, Row("nlm.exr")));
+    EXPECT_LT(result, 1.05 * MrSEOf(reference, Row("nfor.exr")));
 }
 
 }  // namespace

@@ -1,5 +1,10 @@
 #include "tests/unit/denoise/reference_nlm.h"
 
+#include <gtest/gtest.h>
+
+#include <optional>
+#include "core/base/parallel.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -91,6 +96,31 @@ double ReferenceNlm::Filter(const Plane& plane, int radius, int x, int y) const 
         }
     }
     return sum / weights;
+}
+
+void ExpectSameBits(const Frame& frame,
+                    const std::function<std::unique_ptr<Denoiser>(const NlmKernels&)>& make) {
+    std::optional<Result> first;
+    Plane plan;
+    const NlmKernelList usable = UsableNlmKernels();
+    for (int k = 0; k < usable.size; ++k) {
+        for (const int threads : {1, 4}) {
+            SetThreadCount(threads);
+            const auto denoiser = make(*usable.list[k]);
+            const Result result = denoiser->Reconstruct(frame, {});
+            const Plane counts = denoiser->PlanSamples(frame, 1000, {});
+            if (!first) {
+                first = result;
+                plan = counts;
+            }
+            for (int c = 0; c < 3; ++c) {
+                EXPECT_EQ(result.color[c], first->color[c]) << usable.list[k]->name;
+            }
+            EXPECT_EQ(*result.error, *first->error);
+            EXPECT_EQ(counts, plan);
+        }
+    }
+    SetThreadCount(0);
 }
 
 }  // namespace relume::denoise

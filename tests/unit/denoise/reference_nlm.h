@@ -1,5 +1,9 @@
 #pragma once
 
+#include <functional>
+#include <memory>
+
+#include "server/denoise/denoiser.h"
 #include "server/denoise/nlm_weights.h"
 
 namespace relume::denoise {
@@ -29,5 +33,10 @@ class ReferenceNlm {
     const NlmGuide& guide_;
     NlmOptions options_;
 };
+
+// That what `make` makes gives the same image, error and plan by all kernels that this processor
+// has, with one thread and with four.
+void ExpectSameBits(const Frame& frame,
+                    const std::function<std::unique_ptr<Denoiser>(const NlmKernels&)>& make);
 
 }  // namespace relume::denoise

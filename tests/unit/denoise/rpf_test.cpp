@@ -201,15 +201,6 @@ TEST(Rpf, FeaturesThatItIsNotToLookAtDontMatter) {
     EXPECT_NE(Filter(kFew, make(0)).color[0], Filter(kFew, make(1)).color[0]);
 }
 
-std::string MessageOf(const std::function<void()>& call) {
-    try {
-        call();
-    } catch (const Error& error) {
-        return error.what();
-    }
-    return "nothing thrown";
-}
-
 TEST(Rpf, WhatItCantWorkWithIsRefusedByName) {
     Frame frame = FrameFromFilm(MakeFilm(Truth{20, 10}, 4, 3));
     frame.samples.reset();

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/base/parallel.h"
+#include "server/denoise/crop_frame.h"
 #include "server/denoise/sbf.h"
 #include "server/denoise/sbf_bank.h"
 #include "server/denoise/sbf_gradient.h"
@@ -329,25 +330,7 @@ TEST_P(SbfBits, DoNotDependOnWhereTilesLie) {
     const int halo = GetParam() ? 35 : 32;
     Frame frame = MakeRandomFrame(kWidth, kHeight, 9);
     frame.feature[kDepth][70 + 60 * kWidth] = 10;  // the largest, in both
-    Frame crop = frame;
-    crop.width = kWidth - kLeft;
-    crop.height = kHeight - kTop;
-    const auto cut = [&](Plane* plane) {
-        Plane part;
-        for (int y = kTop; y < kHeight; ++y) {
-            part.insert(part.end(), plane->begin() + y * kWidth + kLeft,
-                        plane->begin() + (y + 1) * kWidth);
-        }
-        *plane = part;
-    };
-    for (int c = 0; c < 3; ++c) {
-        cut(&crop.color[c]);
-        cut(&crop.variance[c]);
-    }
-    for (int f = 0; f < kFeatureCount; ++f) {
-        cut(&crop.feature[f]);
-        cut(&crop.feature_variance[f]);
-    }
+    const Frame crop = CropFrame(frame, {kLeft, kTop, kWidth, kHeight});
     const auto denoiser = MakeSbf(GetParam(), BestSbfKernels());
     const Result whole = denoiser->Reconstruct(frame, {}), part = denoiser->Reconstruct(crop, {});
     for (int y = halo; y < crop.height; ++y) {

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/base/error.h"
 #include "core/film/moments.h"
 
 namespace relume::denoise {
@@ -176,6 +177,15 @@ double MrSE(const Truth& truth, const Plane (&test)[3], int x0, int x1) {
         }
     }
     return sum / (3.0 * truth.height * (x1 - x0));
+}
+
+std::string MessageOf(const std::function<void()>& call) {
+    try {
+        call();
+    } catch (const Error& error) {
+        return error.what();
+    }
+    return "nothing thrown";
 }
 
 }  // namespace relume::denoise

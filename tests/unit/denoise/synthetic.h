@@ -43,4 +43,7 @@ Frame MakeRandomFrame(int width, int height, unsigned seed);
 // Mean over pixels and RGB of (test - truth)^2 / (truth^2 + 0.001), over columns [x0, x1).
 double MrSE(const Truth& truth, const Plane (&test)[3], int x0, int x1);
 
+// What the error says that `call` throws.
+std::string MessageOf(const std::function<void()>& call);
+
 }  // namespace relume::denoise
