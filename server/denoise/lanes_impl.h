@@ -11,7 +11,7 @@ namespace relume::denoise {
 namespace {
 
 typedef float Floats __attribute__((vector_size(RELUME_LANES * 4)));
-typedef int Ints __attribute__((vector_size(RELUME_LANES * 4)));
+typedef unsigned Bits __attribute__((vector_size(RELUME_LANES * 4)));
 
 inline Floats Load(const float* from) {
     Floats v;
@@ -73,7 +73,7 @@ inline Floats Exp(Floats x) {
     p = p * f + 0.240222421f;
     p = p * f + 0.693146978f;
     p = p * f + 1.0f;
-    return (Floats)((Ints)p + ((Ints)rounded << 23));
+    return (Floats)((Bits)p + ((Bits)rounded << 23));
 }
 
 // Weights below exp(-cut) are 0: they are under the last bit of a sum that has the centre's 1 in
