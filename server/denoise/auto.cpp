@@ -5,9 +5,10 @@
 // on a sixteenth of the frame and judged there by held-out samples (trial.h). Features are dropped
 // one after the other: one without which the bilateral filter's error is within one standard error
 // of the least so far. Then the cheapest candidate is taken whose error is within one standard
-// error of the best one's (Breiman et al. 1984, section 3.4); light that it loses is given back
-// (restore_energy.h). An image without halves can't be
-// judged: it gets the bilateral filter with all its features.
+// error of the best one's (Breiman et al. 1984, section 3.4), and within 5 % of it. Below 8 samples
+// a pixel their halves do not tell: all that is affordable is mixed, equally. Light that it loses
+// is given back (restore_energy.h). An image without halves can't be judged: it gets the bilateral
+// filter with all its features.
 //
 //   seconds   candidates that would take longer are not tried; 0 = none is too dear (default). With
 //             it the choice may differ from run to run.
@@ -36,6 +37,8 @@ constexpr BlendWeights kMixed[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 0},
 // To filter the image, and a part of its halves for the estimate of the error, over filtering
 // alone.
 constexpr double kWithEstimate = 1.5;
+// Of the error, that a cheaper candidate, or one with less features, may seem to cost.
+constexpr double kMostLost = 0.05;
 
 double CostOf(const BlendWeights& mixed) {
     double cost = 0;
@@ -68,7 +71,7 @@ Dropping DropFeatures(const Frame& frame, const Trial& trial, const Judge& judge
     out.run = std::move(whole);
     std::size_t least = 0;
     for (const FeatureGroup& group : kFeatureGroups) {
-        if (group.first == kVisibility || frame.feature[group.first].empty()) {
+        if (!trial.tells() || group.first == kVisibility || frame.feature[group.first].empty()) {
             continue;  // the bilateral filter does not look at it
         }
         const std::string more = out.names + (out.names.empty() ? "" : "-") + group.name;
@@ -79,7 +82,7 @@ Dropping DropFeatures(const Frame& frame, const Trial& trial, const Judge& judge
         if (Judge::Compare(out.tried[last].errors, out.tried[least].errors).mean < 0) {
             least = last;
         }
-        if (Judge::Compare(out.tried[last].errors, out.tried[least].errors).Holds()) {
+        if (Judge::Compare(out.tried[last].errors, out.tried[least].errors).Holds(kMostLost)) {
             out.names = more;
             out.taken = last;
             out.run = std::move(run);
@@ -145,7 +148,13 @@ class Auto final : public Denoiser {
             stands.push_back(tried.size());
             tried.push_back(std::move(candidate));
         }
+        if (!trial.tells()) {
+            stands = {0, stands.back()};
+        }
         const std::size_t taken = Take(tried, stands, &choice);
+        if (!trial.tells()) {
+            choice.reason = "too few samples a pixel to tell filters apart";
+        }
         for (const char c : dropping.names) {
             choice.dropped += c == '-' ? ", " : std::string(1, c);
         }
@@ -216,7 +225,7 @@ class Auto final : public Denoiser {
                 {candidate.name, least + above.mean, above.mean, above.error, candidate.seconds});
         }
         const std::size_t taken = *std::ranges::find_if(stands, [&](std::size_t k) {
-            return Judge::Compare(tried[k].errors, tried[best].errors).Holds();
+            return Judge::Compare(tried[k].errors, tried[best].errors).Holds(kMostLost);
         });
         std::unique_ptr<Denoiser> denoiser = MakeDenoiser(tried[taken].name);
         choice->denoiser = taken == 0 ? std::move(denoiser) : RestoreEnergy(std::move(denoiser));

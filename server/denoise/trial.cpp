@@ -17,6 +17,7 @@ constexpr int kShare = 16;              // one part in so many is judged
 constexpr int kBlock = 16;              // pixels a side
 constexpr double kLargestShare = 0.02;  // of differences is cut off
 constexpr int kTenths = 10;
+constexpr double kFewestSamples = 8;  // a pixel, to tell filters apart by
 
 std::size_t PixelOf(const Trial::Window& window, int x, int y) {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(window.part.frame.width) +
@@ -48,9 +49,14 @@ Trial::Trial(const Frame& frame) {
         window.noise = VarianceByHalves(window.part.frame);
         windows_.push_back(std::move(window));
     }
+    for (const float n : frame.count) {
+        samples_ += n / static_cast<double>(frame.pixel_count());
+    }
     whole_over_part_ =
         part > 0 ? static_cast<double>(frame.pixel_count()) / static_cast<double>(part) : 1;
 }
+
+bool Trial::tells() const { return samples_ == 0 || samples_ >= kFewestSamples; }
 
 Trial::Run Trial::Filter(const Denoiser& denoiser, const CancelToken& cancel) const {
     const auto start = std::chrono::steady_clock::now();
@@ -197,6 +203,9 @@ Judge::Mean Judge::BestMean(std::span<const Trial::Run* const> runs) const {
         return of;
     };
     Mean best{std::vector<int>(n, 1), errors(std::vector<int>(n, 1))};
+    if (!trial_.tells()) {
+        return best;
+    }
     const Errors equal = best.errors;
     double least = 0;
     std::vector<std::vector<int>> all;
@@ -229,6 +238,7 @@ Judge::Difference Judge::Compare(const Errors& a, const Errors& b) {
         std::nth_element(sizes.begin(), kept, sizes.end());
         largest = *kept;
     }
+    const double of = n > 0 ? std::accumulate(b.begin(), b.end(), 0.0) / n : 0;
     double sum = 0, squares = 0;
     for (double d : differences) {
         d = std::clamp(d, -largest, largest);
@@ -236,10 +246,10 @@ Judge::Difference Judge::Compare(const Errors& a, const Errors& b) {
         squares += d * d;
     }
     if (a.size() < kFewestBlocks) {
-        return {a.empty() ? 0 : sum / n, 0};
+        return {a.empty() ? 0 : sum / n, 0, of};
     }
     const double mean = sum / n;
-    return {mean, std::sqrt(std::max(0.0, squares / n - mean * mean) / (n - 1))};
+    return {mean, std::sqrt(std::max(0.0, squares / n - mean * mean) / (n - 1)), of};
 }
 
 Judge::Ratio Judge::Divide(const Errors& a, const Errors& b) {

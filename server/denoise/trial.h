@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <span>
 #include <vector>
@@ -31,8 +32,12 @@ class Trial {
     const std::vector<Window>& windows() const { return windows_; }
     bool tries_all() const { return windows_.size() == 1; }  // without halo
 
+    // Whether halves have enough samples to say how filters compare on twice as many.
+    bool tells() const;
+
   private:
     double whole_over_part_ = 1;
+    double samples_ = 0;  // mean of a pixel; 0: not known
     std::vector<Window> windows_;
 };
 
@@ -51,7 +56,7 @@ class Judge {
 
     // The best weighted mean of some runs whose values were drawn together (blend.h), and its
     // errors. Weights are tenths, none 0, and equal unless others are better by more than one
-    // standard error.
+    // standard error, or the trial does not tell.
     struct Mean {
         std::vector<int> weights;
         Errors errors;
@@ -62,7 +67,9 @@ class Judge {
     // largest fiftieth is cut off, so that no firefly decides.
     struct Difference {
         double mean, error;
-        bool Holds() const { return mean <= error; }  // `a` is as good as `b`
+        double of;  // the mean of `b`, nothing cut off
+        // `a` is as good as `b`: worse by less than can be told, and by less than `most` of it.
+        bool Holds(double most) const { return mean <= std::min(error, std::max(0.0, most * of)); }
     };
     static Difference Compare(const Errors& a, const Errors& b);
     // Mean of `a` over mean of `b`, and the standard error of that: of all blocks, nothing cut off.

@@ -75,8 +75,8 @@ TEST_F(Judges, EstimateTheErrorThatThereIs) {
     EXPECT_NEAR(MeanOf(noisy) / relmse(frame_.color), 1, 0.1);
     const Judge::Difference difference = Judge::Compare(noisy, errors);
     EXPECT_GT(difference.mean, 3 * difference.error);
-    EXPECT_FALSE(difference.Holds());
-    EXPECT_TRUE(Judge::Compare(errors, errors).Holds());
+    EXPECT_FALSE(difference.Holds(1));
+    EXPECT_TRUE(Judge::Compare(errors, errors).Holds(0));
 }
 
 TEST_F(Judges, WeighBySmallErrorsAndEquallyWhereThatTellsNothing) {
@@ -121,7 +121,19 @@ TEST(Judge, OneBlockDoesNotDecide) {
     a[17] = 50;
     const Judge::Difference difference = Judge::Compare(a, b);
     EXPECT_LT(difference.mean, 0);
-    EXPECT_TRUE(difference.Holds());
+    EXPECT_TRUE(difference.Holds(1));
+}
+
+TEST(Judge, WhatCantBeToldApartHoldsUnlessItSeemsToCostTooMuch) {
+    Judge::Errors a(100, 0.01), b(100, 0.01);
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        a[i] += i % 2 == 0 ? 0.021 : -0.019;  // worse by a tenth, give or take a fifth
+    }
+    const Judge::Difference difference = Judge::Compare(a, b);
+    EXPECT_NEAR(difference.mean, 0.001, 1e-9);
+    EXPECT_NEAR(difference.error, 0.002, 1e-4);
+    EXPECT_TRUE(difference.Holds(0.2));
+    EXPECT_FALSE(difference.Holds(0.05));
 }
 
 }  // namespace
