@@ -30,8 +30,9 @@ def mrse(point):
 
 def peer(points, scene, name, spp, value=mrse):
     """The better of the filter with its own plan and with uniform samples; None if neither was run."""
-    of = [find(points, scene, Method(sampler, name), spp) for sampler in (name, "uniform")]
-    return min((p for p in of if p), key=value, default=None)
+    of = [p for p in points if p.scene == scene and p.stop == "spp" and p.spp == spp and p.method.sampler in (name, "uniform")
+          and p.method.filter.split(":")[0] == name]
+    return min(of, key=value, default=None)
 
 
 def lower(points, scene, name, spp, where):

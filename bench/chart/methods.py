@@ -42,7 +42,7 @@ def film(runs, view, method, spp, seed):
 def image(runs, view, method, spp, seed, extra=()):
     """(record with the image, cpu and wall seconds of sampling and filter together, of sampling alone, the render)."""
     name = method.filter.split(":")[0]
-    if method.in_render() or extra:
+    if method.in_render() or spp is None:
         options = [*extra, "--keep-samples"] if name in OF_SAMPLES else list(extra)
         made = runs.render(view, method.sampler, spp, seed, method.filter, options)
         seconds = made["seconds"] or {}

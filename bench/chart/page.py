@@ -1,11 +1,7 @@
 """One HTML file from sections of parts: nothing in it is loaded from elsewhere."""
 import os
 
-try:
-    import jinja2
-except ImportError as error:
-    from .programs import BenchError
-    raise BenchError("the page needs Debian's python3-jinja2: deploy/setup --bench installs it") from error
+import jinja2
 
 
 def text(words):

@@ -4,12 +4,8 @@ import io
 
 import numpy as np
 
-try:
-    from matplotlib import colormaps
-    from PIL import Image
-except ImportError as error:
-    from .programs import BenchError
-    raise BenchError("pictures need Debian's python3-matplotlib: deploy/setup --bench installs it") from error
+from matplotlib import colormaps
+from PIL import Image
 
 from . import exr
 

@@ -2,17 +2,14 @@
 import io
 import re
 
-try:
-    import matplotlib
-    matplotlib.use("Agg")
-    from matplotlib import pyplot, ticker
-except ImportError as error:
-    from .programs import BenchError
-    raise BenchError("charts need Debian's python3-matplotlib: deploy/setup --bench installs it") from error
+import matplotlib
 
-from . import front
-from .methods import BASE, DEFAULT, short
-from .summary import MEASURES, curves
+matplotlib.use("Agg")
+from matplotlib import pyplot, ticker  # noqa: E402
+
+from . import front  # noqa: E402
+from .methods import BASE, DEFAULT, short  # noqa: E402
+from .summary import MEASURES, curves  # noqa: E402
 
 # Paul Tol's "bright" and "muted" schemes: told apart by colour-blind eyes, and in grey by the markers.
 COLOURS = ["#4477aa", "#ee6677", "#228833", "#aa3377", "#66ccee", "#999933", "#882255", "#44aa99", "#ddcc77", "#117733",
@@ -69,15 +66,16 @@ def _panel(axes, points, measure, looks, unit):
     for method, of in lines.items():
         of = front.curve(of)
         default = method == DEFAULT
-        axes.plot(*zip(*of), **looks.line(method), linewidth=2.2 if default else 0.9, markersize=9 if default else 4,
-                  alpha=1 if default else 0.55, markeredgewidth=0, zorder=4 if default else 2)
+        axes.plot(*zip(*of), **looks.line(method), linewidth=2.2 if default else 1.1, markersize=9 if default else 4,
+                  alpha=1 if default else 0.75, markeredgewidth=0, zorder=4 if default else 2)
     every = [(t, e, m) for m, of in {BASE: base, **lines}.items() for t, e in of]
     best = [every[i] for i in front.front([(t, e) for t, e, _ in every])]
     axes.plot([t for t, _, _ in best], [e for _, e, _ in best], color="black", linewidth=0.8, linestyle=":", marker="o",
               markersize=10, markerfacecolor="none", markeredgewidth=0.9, zorder=5)
     for point in points:
         if point.stop != "spp":
-            axes.plot(point.time, point.errors[measure], marker="x", color="black", markersize=9, markeredgewidth=2.2, zorder=6)
+            colour = "black" if point.method == DEFAULT else looks.filters[point.method.filter]
+            axes.plot(point.time, point.errors[measure], marker="x", color=colour, markersize=9, markeredgewidth=2.2, zorder=6)
     axes.set_title(MEASURES[measure])
     axes.set_xlabel(unit)
     for axis in (axes.xaxis, axes.yaxis):

@@ -8,7 +8,7 @@ import platform
 import sys
 import time
 
-from .methods import BASE, DEFAULT, row
+from .methods import DEFAULT, row
 
 COLUMNS = ["scene", "width", "height", "sampler", "filter", "stop", "spp", "mean_spp", "seed", "cpu_seconds",
            "sampling_seconds", "wall_seconds", "mrse", "mrse_above", "mrse_trimmed", "relmse", "relmse_above", "ssim", "psnr",
@@ -44,17 +44,20 @@ def duration(seconds):
 def tasks(suite):
     """(view, method, spp, seed, extra, stop) in the order in which they are run: scene by scene."""
     for view in suite.views:
-        for method in [BASE, *([DEFAULT] if suite.default else []), *suite.methods]:
-            for spp in suite.spp:
+        methods = {DEFAULT: suite.default_spp, **suite.methods} if suite.default else suite.methods
+        for method, counts in methods.items():
+            for spp in counts:
                 for seed in suite.seeds:
                     yield view, method, spp, seed, (), "spp"
-        if suite.default:
-            for seed in suite.seeds:
+        for seed in suite.seeds:
+            for method in suite.stops:
                 for target in suite.targets:
-                    extra = () if target == "own" else ("--target", target)
-                    yield view, DEFAULT, None, seed, extra, "own rule" if target == "own" else f"target {target}"
-                for seconds in suite.seconds:
-                    yield view, DEFAULT, None, seed, ("--time-limit", seconds), f"{seconds} s"
+                    if target == "own":
+                        yield view, method, None, seed, (), "own rule"
+                    else:
+                        yield view, method, None, seed, ("--target", target), f"target {target:g}"
+            for seconds in suite.seconds if suite.default else []:
+                yield view, DEFAULT, None, seed, ("--time-limit", seconds), f"{seconds:g} s"
 
 
 def weight(task):

@@ -1,16 +1,15 @@
 """A suite: the declarative YAML file of a study. See docs/bench.md for its fields."""
 import dataclasses
 import os
-import sys
 
 import yaml
 
-from .methods import DEFAULT, Method
+from .methods import BASE, DEFAULT, Method
 from .programs import BenchError
 from .scenes import SHARED, make_view
 
-FIELDS = {"title", "text", "scenes", "size", "samplers", "filters", "methods", "default", "spp", "targets", "seconds",
-          "seeds", "reference_spp", "anchor", "sections", "pictures", "allowed"}
+FIELDS = {"title", "text", "scenes", "size", "samplers", "filters", "methods", "default", "default_spp", "spp", "targets",
+          "stops", "seconds", "seeds", "reference_spp", "anchor", "sections", "allowed"}
 SECTIONS = ("pareto", "speedup", "pictures", "parsimony", "tables", "convergence", "gradient", "passes", "claims", "errors")
 
 
@@ -22,10 +21,12 @@ class Suite:
     text: str
     views: list
     missing: list  # scenes whose files are absent
-    methods: list  # without the default
+    methods: dict  # but for the default: the samples a pixel that each is run at
     default: bool
+    default_spp: list
     spp: list
-    targets: list  # estimated RelMSE where the default stops; "own": no budget at all
+    targets: list  # estimated RelMSE where `stops` stop; "own": no budget at all
+    stops: list  # methods
     seconds: list  # --time-limit of the default
     seeds: list
     reference_spp: int
@@ -42,8 +43,8 @@ def scene_name(entry):
     return entry if isinstance(entry, str) else entry.get("name", entry.get("file"))
 
 
-def load(path, shared=SHARED, only=None):
-    """Reads and checks a suite. `only`: names of scenes."""
+def load(path, shared=SHARED, only=None, spp=None, scale=1):
+    """Reads and checks a suite. `only`: names of scenes; spp: in place of the suite's; scale: of the pictures' sides."""
     try:
         with open(path, encoding="utf-8") as file:
             told = yaml.safe_load(file)
@@ -69,22 +70,24 @@ def load(path, shared=SHARED, only=None):
         except (KeyError, ValueError) as error:
             raise BenchError(f"{path}: scene {entry}: {error}") from error
         if view:
-            views.append(view)
+            size = tuple(max(1, round(scale * side)) for side in view.size)
+            views.append(dataclasses.replace(view, size=size))
         else:
             missing.append(scene_name(entry))
     if not views:
         raise BenchError(f"{path}: none of its scenes is there" + ("" if only else "; --scenes names their folder"))
-    methods = [Method(s, f) for s in told.get("samplers", []) for f in told.get("filters", [])]
-    methods += [Method(*pair) for pair in told.get("methods", [])]
     default = bool(told.get("default", True))
-    spp = as_list(told.get("spp", [8]))
+    spp = spp or as_list(told.get("spp", [8]))
+    methods = {Method(s, f): spp for s in told.get("samplers", []) for f in told.get("filters", [])}
+    methods.update({Method(*entry[:2]): entry[2] if len(entry) > 2 else spp for entry in told.get("methods", [])})
+    methods = {BASE: spp, **methods}
+    if default:
+        methods.pop(DEFAULT, None)
     return Suite(
         name=os.path.splitext(os.path.basename(path))[0], title=told.get("title", "Study"), text=told.get("text", ""),
-        views=views, missing=missing, methods=[m for m in dict.fromkeys(methods) if not (default and m == DEFAULT)],
-        default=default, spp=spp, targets=as_list(told.get("targets", [])), seconds=as_list(told.get("seconds", [])),
+        views=views, missing=missing, methods=methods, default=default, default_spp=told.get("default_spp", spp), spp=spp,
+        targets=as_list(told.get("targets", [])), stops=[Method(*pair) for pair in told.get("stops", [])] + [DEFAULT] * default,
+        seconds=as_list(told.get("seconds", [])),
         seeds=as_list(told.get("seeds", [1])), reference_spp=told.get("reference_spp", 1024),
         anchor=told.get("anchor", spp[len(spp) // 2]), sections=sections, allowed=told.get("allowed", 1.1))
 
-
-if __name__ == "__main__":
-    print(load(sys.argv[1]))
