@@ -39,9 +39,11 @@ def rows(points, report_of, anchor):
             took = report["filter"]["seconds"]
             planned = report["seconds"]["planning_filter"]
             samples, how, method = uniform_samples(points, scene, point)
+            sample = point.sampling / point.mean_spp
             out.append({
+                "over": point.time / ((samples or point.mean_spp) * sample + whole) if whole else None,
                 "scene": scene, "budget": f"{anchor:g} spp" if point.stop == "spp" else "own rule",
-                "spp": point.mean_spp, "passes": len(report["passes"]), "built": "; ".join(report["notes"][:2]),
+                "spp": point.mean_spp, "passes": len(report["passes"]), "built": "; ".join(report["notes"]),
                 "tried": tried, "chosen": short(report["filter"]["filter"]), "dropped": report["filter"]["dropped"] or "-",
                 "reason": report["filter"]["reason"], "sampling": point.sampling, "rest": point.time - point.sampling,
                 "filter_wall": took, "planning_wall": planned, "whole": whole,

@@ -1,6 +1,6 @@
 """The sections of a page that every suite may have: charts, speed-ups, errors, pictures, parsimony."""
 from . import front, page, parsimony, pictures, plots
-from .methods import BASE, DEFAULT, short
+from .methods import BASE, DEFAULT
 from .summary import MEASURES, curves, find, over_all
 
 TIME = "CPU seconds / threads"
@@ -37,11 +37,18 @@ def pareto(results):
     if every and len(results.scenes) > 1:
         parts += [page.chart(
             plots.svg(plots.pareto(every, results.looks, "All scenes", "time over the base's")),
-            f"Each scene's time and error over those of the base, unfiltered uniform sampling at {anchor:g} samples a pixel, so that "
+            front_text(every) + f". Each scene's time and error over those of the base, unfiltered uniform sampling at {anchor:g} samples a pixel, so that "
             "no scene outweighs another; geometric means over the scenes.")]
     for scene in results.scenes:
-        parts.append(page.chart(plots.svg(plots.pareto(results.of(scene), results.looks, scene, TIME))))
+        parts.append(page.chart(plots.svg(plots.pareto(results.of(scene), results.looks, scene, TIME)), front_text(results.of(scene))))
     return page.section("Time against error", parts)
+
+
+def front_text(points):
+    """The front by MrSE, in words."""
+    of = [p for p in points if p.stop == "spp"]
+    best = [of[i] for i in front.front([(p.time, p.errors["mrse"]) for p in of])]
+    return "Front by MrSE: " + "; ".join(f"{p.method}, {p.spp:g} spp" for p in best)
 
 
 def speedup(results):
@@ -129,21 +136,16 @@ def picture_section(results):
 
 
 def parsimony_section(results):
-    rows = []
-    for r in parsimony.rows(results.points, results.report, results.suite.anchor):
-        filters = r["filter_wall"] + r["planning_wall"]
-        rows.append([r["scene"], r["budget"], f"{r['spp']:.1f}", str(r["passes"]), str(r["tried"]), r["chosen"], r["dropped"],
-                     r["reason"], f"{r['sampling']:.2f}", f"{r['rest']:.2f}", f"{filters:.2f}", f"{r['whole']:.2f}",
-                     f"{r['uniform_how']}{number(r['uniform'])} ({r['uniform_method']})", r["built"]])
-    heads = ["scene", "budget", "spp", "passes", "tried", "chosen", "dropped", "why", "sampling s", "plan and filter s", "filters, wall s",
-             "everything on, wall s", "uniform spp", "built"]
+    made = parsimony.rows(results.points, results.report, results.suite.anchor)
+    rows = [[r["scene"], r["budget"], f"{r['spp']:.1f}", f"{r['uniform_how']}{number(r['uniform'])}", str(r["passes"]), str(r["tried"]),
+             r["chosen"], r["dropped"], r["reason"], f"{r['sampling']:.2f}", f"{r['rest']:.2f}", f"{r['whole']:.2f}", number(r["over"], 2)]
+            for r in made]
+    heads = ["scene", "budget", "spp", "uniform spp", "passes", "tried", "chosen", "dropped", "why", "sampling s", "plan, filter s",
+             "all filters s", "cost over all on"]
     return page.section("Parsimony", [
-        page.text("What the default took, from its report. Tried: candidates of `auto`, on a part of the image. Everything on: what it "
-                  "would take to run each candidate with all features once on the whole image, by the seconds that `auto` measured on its part; beside "
-                  "it what filters took, in plans and at the end, tries included. Uniform spp: samples a pixel that uniform sampling takes for "
-                  "the same MrSE with the same filter (without one where that was not run), in brackets; marks as in Speed-up."),
-        page.table(heads, rows, texts=(0, 5, 6, 7, 13))])
-
-
-def title_of(method):
-    return f"{short(method.sampler)}, {short(method.filter)}"
+        page.text("What the default took, from its reports. Uniform spp: samples a pixel that uniform sampling takes for the same MrSE with the same filter (without "
+                  "a filter where that one was not run); marks as in Speed-up. Tried: candidates of auto on a part of the image. All filters: each candidate with all "
+                  "features once on the whole image, by the seconds that auto measured on its part. Cost over all on: what was taken over uniform spp and all filters; "
+                  "below 1 parsimony pays, tries and plans included."),
+        page.table(heads, rows, texts=(0, 6, 7, 8)),
+        page.table(["scene", "built and noted"], list({r["scene"]: [r["scene"], r["built"]] for r in made}.values()), texts=(0, 1))])
