@@ -10,9 +10,10 @@ def build(suite, runs, points, truths, about, png_folder=None):
     results = sections.Results(suite, runs, points, truths)
     chess = paper_sections.chess_passes(results) if {"passes", "claims"} & set(suite.sections) else {}
     makers = {
-        "pareto": sections.pareto, "speedup": sections.speedup, "errors": sections.errors, "pictures": sections.picture_section,
-        "parsimony": sections.parsimony_section, "tables": paper_sections.tables, "convergence": paper_sections.convergence,
-        "gradient": paper_sections.gradient, "passes": lambda r: paper_sections.passes(r, chess),
+        "pareto": sections.pareto, "speedup": sections.speedup, "errors": sections.errors,
+        "pictures": sections.picture_section, "parsimony": sections.parsimony_section, "tables": paper_sections.tables,
+        "convergence": paper_sections.convergence, "gradient": paper_sections.gradient,
+        "passes": lambda r: paper_sections.passes(r, chess),
         "claims": lambda r: paper_sections.claim_table(r, chess)}
     made = [makers[name](results) for name in suite.sections]
     if png_folder:
@@ -25,6 +26,8 @@ def write_pngs(results, folder):
     os.makedirs(folder, exist_ok=True)
     every = over_all(results.points, results.suite.anchor)
     if every and len(results.scenes) > 1:
-        plots.png(plots.pareto(every, results.looks, "All scenes", "time over the base's"), os.path.join(folder, "pareto-all.png"))
+        figure = plots.pareto(every, results.looks, "All scenes", "time over the base's")
+        plots.png(figure, os.path.join(folder, "pareto-all.png"))
     for scene in results.scenes:
-        plots.png(plots.pareto(results.of(scene), results.looks, scene, sections.TIME), os.path.join(folder, f"pareto-{scene}.png"))
+        figure = plots.pareto(results.of(scene), results.looks, scene, sections.TIME)
+        plots.png(figure, os.path.join(folder, f"pareto-{scene}.png"))

@@ -66,6 +66,7 @@ def row(runs, view, truth, method, spp, seed, extra=(), stop="spp"):
         return line
     chosen = made.get("told", {}).get("relume.filter") or (made.get("report") or {}).get("filter", {}).get("filter")
     line.update(mean_spp=render["mean_spp"], cpu_seconds=seconds["cpu"] / runs.threads,
-                sampling_seconds=samples / runs.threads, wall_seconds=seconds["wall"], chosen=chosen)
+                sampling_seconds=samples / runs.threads, wall_seconds=seconds["wall"], chosen=chosen,
+                stopped_by=render["report"]["stop_reason"])
     line.update(runs.compare(truth, made))
     return line

@@ -4,8 +4,8 @@ import os
 import jinja2
 
 
-def text(words):
-    return {"kind": "text", "text": words}
+def text(words, **values):
+    return {"kind": "text", "text": " ".join(words.format(**values).split())}
 
 
 def head(words):

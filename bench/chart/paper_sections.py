@@ -1,5 +1,5 @@
 """The tables and figures of Xing, Chen, Li 2020 again, from our own runs."""
-from . import claims, exr, page, pictures, plots
+from . import claims, exr, page, pictures, plots, words
 from .front import geomean
 from .methods import BASE, DEFAULT, Method, film, short
 from .sections import errors_table
@@ -11,10 +11,7 @@ READINGS = {"printed": "paper:mode=printed", "corrected": "paper"}
 def tables(results):
     """Figs 6 to 9: all methods at 8 samples."""
     spp = results.suite.anchor
-    parts = [page.text(
-        f"At {spp:g} samples a pixel. The paper's figures print MrSE, SSIM and time inside pictures, for Sponza, Sibenik, San Miguel and Teapot "
-        "Room; of these only Sponza is here, and veach-ajar is of the same kind as the last. Time is sampling and filter, processor "
-        "seconds over threads.")]
+    parts = [page.text(words.TABLES, spp=spp)]
     for scene in results.scenes:
         of = [p for p in results.of(scene) if p.spp == spp and p.stop == "spp"]
         parts.append(errors_table(of, scene))
@@ -55,26 +52,26 @@ def convergence(results):
     # Samplers by colour here: most of them share the filter.
     for k, (label, (_, _, style)) in enumerate(samplers.items()):
         if label != "uniform":
-            style["color"] = plots.COLOURS[k % len(plots.COLOURS)]
+            style.update(plots.colour(k - 1))
     figure = plots.lines_chart([("filters, uniform sampling", filters), ("samplers, and methods as a whole", samplers)],
                                "MrSE over unfiltered, " + f"{counts[0]:g} spp")
-    return page.section("Fig. 10 convergence", [page.text(
-        "The paper charts whole methods, so that what the sampler gains and what the filter gains can't be told apart. Left: filters on the same uniform "
-        "samples. Right: samplers without a filter, and methods with their own plan. Geometric means over the scenes, each over its unfiltered "
-        f"error at {counts[0]:g} samples."), page.chart(plots.svg(figure))])
+    return page.section("Fig. 10 convergence", [
+        page.text(words.CONVERGENCE, spp=counts[0]), page.chart(plots.svg(figure))])
 
 
 def gradient(results):
     """Fig. 11: SBF with the gradient as a feature against the paper's filter."""
     spp = results.suite.anchor
-    shown = [Method("uniform", f) for f in ("sbf", "sbf-gradient")] + [Method("uniform", m.filter) for m in claims.OURS.values()] + [DEFAULT]
+    filters = ["sbf", "sbf-gradient", *(m.filter for m in claims.OURS.values())]
+    shown = [*(Method("uniform", f) for f in filters), DEFAULT]
     rows = []
     for scene in results.scenes:
         of = [find(results.points, scene, m, spp) for m in shown]
         best = min((p.errors["mrse"] for p in of if p), default=0)
-        rows.append([scene] + [page.marked(f"{p.errors['mrse']:.4f}", "best" if p.errors["mrse"] <= best else "") if p else "-" for p in of])
-    return page.section("Fig. 11 gradient", [page.text(
-        "MrSE of filters on the same uniform samples: what the gradient feature gives SBF, and the paper's filter in both readings beside it."),
+        rows.append([scene, *(page.marked(f"{p.errors['mrse']:.4f}", "best" if p.errors["mrse"] <= best else "") if p else "-"
+                              for p in of)])
+    return page.section("Fig. 11 gradient", [
+        page.text(words.GRADIENT),
         page.table(["scene"] + ["default" if m == DEFAULT else short(m.filter) for m in shown], rows)])
 
 
@@ -106,13 +103,12 @@ def spp_of_passes(made, pixels):
 
 def passes(results, chess):
     """Fig. 3: samples after each pass, and where they went."""
-    view, parts = _chess(results), [page.text(
-        f"The paper's Chess (512x385) takes {', '.join(f'{c:g}' for c in claims.CHESS_SPP)} samples a pixel after its passes. Samples go from a quarter of the mean "
-        "(dark) to four times the mean (yellow).")]
+    view, parts = _chess(results), [page.text(words.PASSES, spp=", ".join(f"{c:g}" for c in claims.CHESS_SPP))]
     rows = []
     for reading, made in chess.items():
         relmse = [one["relmse"] for one in made["report"]["passes"]]
-        rows.append([reading, ", ".join(f"{c:.1f}" for c in spp_of_passes(made, view.pixels())), ", ".join(f"{e:.3g}" for e in relmse)])
+        counts = spp_of_passes(made, view.pixels())
+        rows.append([reading, ", ".join(f"{c:.1f}" for c in counts), ", ".join(f"{e:.3g}" for e in relmse)])
     parts.append(page.table(["reading", "spp after each pass", "estimated RelMSE"], rows, texts=(0, 1, 2)))
     for scene in results.scenes:
         entries = []
@@ -121,7 +117,8 @@ def passes(results, chess):
             made = results.runs.store.get(point.rendered) if point else None
             if made:
                 counts = exr.read(made["image"])[0]["samples.Y"]
-                entries.append({"label": f"{short(method.sampler)}, {point.mean_spp:.1f} spp", "image": pictures.uri(pictures.sample_map(counts))})
+                entries.append({"label": f"{short(method.sampler)}, {point.mean_spp:.1f} spp",
+                                "image": pictures.uri(pictures.sample_map(counts))})
         if entries:
             parts.append({"kind": "strip", "title": f"{scene}: samples", "entries": entries})
     return page.section("Fig. 3 passes", parts)
@@ -147,6 +144,5 @@ def claim_table(results, chess):
     marks = {claims.HOLDS: "good", claims.FAILS: "bad"}
     rows = [[c.where, c.says, page.marked(c.verdict, marks.get(c.verdict, "")), c.figures, c.why] for c in lines]
     return page.section("Claims", [
-        page.text(f"What the paper says that can be tested, at {results.suite.anchor:g} samples a pixel. Its method runs in two readings, printed (to the letter) and "
-                  "corrected (what we think was meant), sampler and filter; for the other methods the better of their own plan and uniform samples counts."),
+        page.text(words.CLAIMS, spp=results.suite.anchor),
         page.table(["where", "the paper", "verdict", "figures", "note"], rows, texts=(0, 1, 2, 3, 4))])

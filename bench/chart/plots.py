@@ -11,9 +11,9 @@ from . import front  # noqa: E402
 from .methods import BASE, DEFAULT, short  # noqa: E402
 from .summary import MEASURES, curves  # noqa: E402
 
-# Paul Tol's "bright" and "muted" schemes: told apart by colour-blind eyes, and in grey by the markers.
-COLOURS = ["#4477aa", "#ee6677", "#228833", "#aa3377", "#66ccee", "#999933", "#882255", "#44aa99", "#ddcc77", "#117733",
-           "#cc6677", "#332288"]
+# Okabe and Ito 2008: told apart by colour-blind eyes. Beyond seven the same colours come dashed, then dotted.
+COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#7a5c00"]
+DASHES = ["-", (0, (5, 1.5)), (0, (1, 1.2))]
 MARKERS = ["o", "s", "^", "D", "v", "P", "<", ">", "h", "p"]
 GREY = "#aaaaaa"
 STYLE = {"font.size": 9, "font.family": "DejaVu Sans", "axes.spines.top": False, "axes.spines.right": False,
@@ -22,17 +22,22 @@ STYLE = {"font.size": 9, "font.family": "DejaVu Sans", "axes.spines.top": False,
          "legend.fontsize": 8}
 
 
+def colour(k):
+    """The k-th colour and dash."""
+    return {"color": COLOURS[k % len(COLOURS)], "linestyle": DASHES[k // len(COLOURS) % len(DASHES)]}
+
+
 class Looks:
     """The same colour for a filter and the same marker for a sampler on every chart of a page."""
 
     def __init__(self, methods):
         filters = sorted({m.filter for m in methods} - {"none", "auto"})
         samplers = sorted({m.sampler for m in methods} - {"uniform", "adaptive"})
-        self.filters = {"none": GREY, "auto": "black", **{f: COLOURS[k % len(COLOURS)] for k, f in enumerate(filters)}}
+        self.filters = {"none": {"color": GREY}, "auto": {"color": "black"}, **{f: colour(k) for k, f in enumerate(filters)}}
         self.samplers = {"uniform": "o", "adaptive": "*", **{s: MARKERS[1 + k % 9] for k, s in enumerate(samplers)}}
 
     def line(self, method):
-        return {"color": self.filters[method.filter], "marker": self.samplers[method.sampler]}
+        return {**self.filters[method.filter], "marker": self.samplers[method.sampler]}
 
 
 def _plain(axis):
@@ -74,8 +79,8 @@ def _panel(axes, points, measure, looks, unit):
               markersize=10, markerfacecolor="none", markeredgewidth=0.9, zorder=5)
     for point in points:
         if point.stop != "spp":
-            colour = "black" if point.method == DEFAULT else looks.filters[point.method.filter]
-            axes.plot(point.time, point.errors[measure], marker="x", color=colour, markersize=9, markeredgewidth=2.2, zorder=6)
+            axes.plot(point.time, point.errors[measure], marker="x", color=looks.filters[point.method.filter]["color"],
+                      markersize=9, markeredgewidth=2.2, zorder=6)
     axes.set_title(MEASURES[measure])
     axes.set_xlabel(unit)
     for axis in (axes.xaxis, axes.yaxis):
@@ -91,15 +96,15 @@ def _legend(figure, points, looks):
     entries = [line([], [], color=GREY, linewidth=5, alpha=0.7, label="uniform, unfiltered")] if BASE in methods else []
     if DEFAULT in methods:
         entries.append(line([], [], color="black", linewidth=2.2, marker="*", markersize=9, label="default: adaptive, auto"))
-    entries += [line([], [], color=looks.filters[f], linewidth=2, label=short(f)) for f in filters
+    entries += [line([], [], **looks.filters[f], linewidth=2, label=short(f)) for f in filters
                 if f != "none" and (f != "auto" or any(m.filter == f and m != DEFAULT for m in methods))]
-    entries += [line([], [], color="#555555", linewidth=0, marker=looks.samplers[s], label=f"sampler {short(s)}")
-                for s in samplers]
+    entries += [line([], [], color="#555555", linewidth=0, markersize=5, marker=looks.samplers[s],
+                     label=f"sampler {short(s)}") for s in samplers]
     entries.append(line([], [], color="black", linestyle=":", linewidth=0.8, marker="o", markersize=9, markerfacecolor="none",
                         label="front"))
     if any(p.stop != "spp" for p in points):
         entries.append(line([], [], color="black", linewidth=0, marker="x", markersize=8, markeredgewidth=2.2,
-                            label="own stop rule"))
+                            label="a stop rule ends"))
     figure.legend(handles=entries, loc="center left", bbox_to_anchor=(1.0, 0.5))
 
 

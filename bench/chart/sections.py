@@ -1,5 +1,5 @@
 """The sections of a page that every suite may have: charts, speed-ups, errors, pictures, parsimony."""
-from . import front, page, parsimony, pictures, plots
+from . import front, page, parsimony, pictures, plots, words
 from .methods import BASE, DEFAULT
 from .summary import MEASURES, curves, find, over_all
 
@@ -28,19 +28,15 @@ def number(value, digits=3):
 
 def pareto(results):
     anchor = results.suite.anchor
-    parts = [page.text(
-        "Time is sampling and filter: processor seconds over the number of threads, for wall time depends on what else the "
-        "machine does. Loading the scene and writing the file are left out. A line is a method at more and more samples; rings "
-        "and the dotted line are the front: what no other image beats in time and error. Dashed: what unfiltered uniform sampling "
-        "would reach, whose MrSE falls as 1 / time. The reference's own error is subtracted from MrSE, not from SSIM and FLIP.")]
+    parts = [page.text(words.PARETO)]
     every = over_all(results.points, anchor)
     if every and len(results.scenes) > 1:
         parts += [page.chart(
             plots.svg(plots.pareto(every, results.looks, "All scenes", "time over the base's")),
-            front_text(every) + f". Each scene's time and error over those of the base, unfiltered uniform sampling at {anchor:g} samples a pixel, so that "
-            "no scene outweighs another; geometric means over the scenes.")]
+            page.text(words.OVER_ALL, front=front_text(every), anchor=anchor)["text"])]
     for scene in results.scenes:
-        parts.append(page.chart(plots.svg(plots.pareto(results.of(scene), results.looks, scene, TIME)), front_text(results.of(scene))))
+        figure = plots.pareto(results.of(scene), results.looks, scene, TIME)
+        parts.append(page.chart(plots.svg(figure), front_text(results.of(scene))))
     return page.section("Time against error", parts)
 
 
@@ -56,10 +52,7 @@ def speedup(results):
     spp = results.suite.anchor
     anchors = {s: find(results.points, s, DEFAULT, spp) for s in results.scenes}
     scenes = [s for s in results.scenes if anchors[s]]
-    parts = [page.text(
-        f"Time that a method needs for the default's error at {spp:g} samples a pixel, over the default's time: above 1 the default is "
-        "faster. ~: extrapolated by the last two points; <: its cheapest image is better already, so it may need less; >: it does not get there "
-        "within 64 times its longest run. Means are over the scenes with a number.")]
+    parts = [page.text(words.SPEEDUP, spp=spp)]
     if not scenes:
         return page.section("Speed-up", [page.text("The default was not run.")])
     for measure, title in MEASURES.items():
@@ -73,7 +66,8 @@ def speedup(results):
                 known += [ratio] if ratio else []
                 cell = f"{how}{number(ratio, 2)}" if ratio else ">"
                 cells.append(page.marked(cell, "bad") if ratio and ratio < 1 else cell)
-            mean = number(front.geomean(known), 2) + (f" ({len(known)})" if len(known) < len(scenes) else "") if known else ">"
+            mean = number(front.geomean(known), 2) if known else ">"
+            mean += f" ({len(known)})" if 0 < len(known) < len(scenes) else ""
             rows.append([str(method), *cells, mean])
         parts.append(page.table(["method", *scenes, "mean"], rows, title))
     return page.section("Speed-up", parts)
@@ -81,13 +75,13 @@ def speedup(results):
 
 def errors(results, spps=None):
     """A table a scene and number of samples."""
-    parts = [page.text("Means over the seeds. MrSE and RelMSE less the reference's own error; ~: below it, so that such numbers can't be told "
-                       "apart. Energy: mean over the reference's. Time: processor seconds over threads.")]
+    parts = [page.text(words.ERRORS)]
     for scene in results.scenes:
         floor = results.truths[scene]["floor"]
         for spp in spps or results.suite.spp:
             of = [p for p in results.of(scene) if p.spp == spp and p.stop == "spp"]
-            parts.append(errors_table(of, f"{scene}, {spp:g} spp" + (f"; error of the reference {floor['mrse']:.1g}" if floor else "")))
+            own = f"; error of the reference {floor['mrse']:.1g}" if floor else ""
+            parts.append(errors_table(of, f"{scene}, {spp:g} spp{own}"))
         of = [p for p in results.of(scene) if p.stop != "spp"]
         if of:
             parts.append(errors_table(of, f"{scene}, other budgets", stop=True))
@@ -102,11 +96,13 @@ def errors_table(points, caption, stop=False):
             return page.marked(value, "best") if p.errors[measure] <= best[measure] else value
         energy = f"{p.energy:.3f}"
         rows.append([str(p.method) + (f", {p.stop}" if stop else ""), f"{p.mean_spp:.1f}",
-                     cell("mrse", ("~" if p.tie else "") + f"{p.errors['mrse']:.5f}"), cell("relmse", f"{p.errors['relmse']:.5f}"),
+                     cell("mrse", ("~" if p.tie else "") + f"{p.errors['mrse']:.5f}"),
+                     cell("relmse", f"{p.errors['relmse']:.5f}"),
                      cell("ssim", f"{1 - p.errors['ssim']:.4f}"), cell("flip", f"{p.errors['flip']:.4f}"),
-                     page.marked(energy, "bad") if abs(p.energy - 1) > 0.01 else energy, f"{p.time:.3f}", f"{p.sampling:.3f}",
-                     f"{p.wall:.3f}"])
-    return page.table(["method", "spp", "MrSE", "RelMSE", "SSIM", "FLIP", "energy", "time", "of it sampling", "wall"], rows, caption)
+                     page.marked(energy, "bad") if abs(p.energy - 1) > 0.01 else energy,
+                     f"{p.time:.3f}", f"{p.sampling:.3f}", f"{p.wall:.3f}"])
+    heads = ["method", "spp", "MrSE", "RelMSE", "SSIM", "FLIP", "energy", "time", "of it sampling", "wall"]
+    return page.table(heads, rows, caption)
 
 
 def picture_methods(results, scene, limit=7):
@@ -122,8 +118,7 @@ def picture_methods(results, scene, limit=7):
 
 
 def picture_section(results):
-    parts = [page.text(f"At {results.suite.anchor:g} samples a pixel, first seed. Below each image its relative squared error, from 1e-4 (black) to 1 "
-                       "(yellow), on a log scale.")]
+    parts = [page.text(words.PICTURES, spp=results.suite.anchor)]
     for scene in results.scenes:
         reference = results.truths[scene]
         if not reference["image"].startswith(results.runs.store.folder):
@@ -137,15 +132,13 @@ def picture_section(results):
 
 def parsimony_section(results):
     made = parsimony.rows(results.points, results.report, results.suite.anchor)
-    rows = [[r["scene"], r["budget"], f"{r['spp']:.1f}", f"{r['uniform_how']}{number(r['uniform'])}", str(r["passes"]), str(r["tried"]),
-             r["chosen"], r["dropped"], r["reason"], f"{r['sampling']:.2f}", f"{r['rest']:.2f}", f"{r['whole']:.2f}", number(r["over"], 2)]
-            for r in made]
-    heads = ["scene", "budget", "spp", "uniform spp", "passes", "tried", "chosen", "dropped", "why", "sampling s", "plan, filter s",
-             "all filters s", "cost over all on"]
+    rows = [[r["scene"], r["budget"], f"{r['spp']:.1f}", f"{r['uniform_how']}{number(r['uniform'])}", str(r["passes"]),
+             str(r["tried"]), r["chosen"], r["dropped"], r["reason"], f"{r['sampling']:.2f}", f"{r['rest']:.2f}",
+             f"{r['whole']:.2f}", number(r["over"], 2)] for r in made]
+    heads = ["scene", "budget", "spp", "uniform spp", "passes", "tried", "chosen", "dropped", "why", "sampling s",
+             "plan, filter s", "all filters s", "cost over all on"]
     return page.section("Parsimony", [
-        page.text("What the default took, from its reports. Uniform spp: samples a pixel that uniform sampling takes for the same MrSE with the same filter (without "
-                  "a filter where that one was not run); marks as in Speed-up. Tried: candidates of auto on a part of the image. All filters: each candidate with all "
-                  "features once on the whole image, by the seconds that auto measured on its part. Cost over all on: what was taken over uniform spp and all filters; "
-                  "below 1 parsimony pays, tries and plans included."),
+        page.text(words.PARSIMONY),
         page.table(heads, rows, texts=(0, 6, 7, 8)),
-        page.table(["scene", "built and noted"], list({r["scene"]: [r["scene"], r["built"]] for r in made}.values()), texts=(0, 1))])
+        page.table(["scene", "built and noted"], [list(pair) for pair in {r["scene"]: r["built"] for r in made}.items()],
+                   texts=(0, 1))])

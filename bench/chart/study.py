@@ -12,7 +12,7 @@ from .methods import DEFAULT, row
 
 COLUMNS = ["scene", "width", "height", "sampler", "filter", "stop", "spp", "mean_spp", "seed", "cpu_seconds",
            "sampling_seconds", "wall_seconds", "mrse", "mrse_above", "mrse_trimmed", "relmse", "relmse_above", "ssim", "psnr",
-           "flip", "energy", "bad", "chosen", "failed"]
+           "flip", "energy", "bad", "chosen", "stopped_by", "failed"]
 
 
 class Progress:
@@ -32,8 +32,8 @@ class Progress:
         self.last = now
         left = (self.total - self.passed) * self.run_seconds / self.run if self.run else 0
         text = f"{self.count}/{self.of} {what}" + (f", {duration(left)} left" if self.run and self.count < self.of else "")
-        print(f"\r{text:<100}" if self.out.isatty() else text, end="" if self.out.isatty() and self.count < self.of else "\n",
-              file=self.out, flush=True)
+        live = self.out.isatty()
+        print(f"\r{text:<100}" if live else text, end="" if live and self.count < self.of else "\n", file=self.out, flush=True)
 
 
 def duration(seconds):
@@ -53,9 +53,11 @@ def tasks(suite):
             for method in suite.stops:
                 for target in suite.targets:
                     if target == "own":
-                        yield view, method, None, seed, (), "own rule"
+                        if method == DEFAULT:  # others would take a fixed number of samples
+                            yield view, method, None, seed, ("--max-spp", suite.max_spp), "own rule"
                     else:
-                        yield view, method, None, seed, ("--target", target), f"target {target:g}"
+                        budget = ("--target", target, "--max-spp", suite.max_spp)
+                        yield view, method, None, seed, budget, f"target {target:g}"
             for seconds in suite.seconds if suite.default else []:
                 yield view, DEFAULT, None, seed, ("--time-limit", seconds), f"{seconds:g} s"
 
@@ -104,8 +106,9 @@ def machine():
 
 def heading(suite, runs):
     """Machine, build and date, for every output."""
+    now = datetime.datetime.now().astimezone()
     return {"suite": suite.name, "title": suite.title, "version": runs.programs.version(), "build": runs.renders[:12],
-            "machine": machine(), "threads": runs.threads, "date": datetime.datetime.now().astimezone().strftime("%Y-%m-%d %H:%M"),
+            "machine": machine(), "threads": runs.threads, "date": now.strftime("%Y-%m-%d %H:%M"),
             "seeds": suite.seeds, "reference_spp": suite.reference_spp, "missing": suite.missing}
 
 

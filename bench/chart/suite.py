@@ -9,7 +9,7 @@ from .programs import BenchError
 from .scenes import SHARED, make_view
 
 FIELDS = {"title", "text", "scenes", "size", "samplers", "filters", "methods", "default", "default_spp", "spp", "targets",
-          "stops", "seconds", "seeds", "reference_spp", "anchor", "sections", "allowed"}
+          "stops", "max_spp", "seconds", "seeds", "reference_spp", "anchor", "sections", "allowed"}
 SECTIONS = ("pareto", "speedup", "pictures", "parsimony", "tables", "convergence", "gradient", "passes", "claims", "errors")
 
 
@@ -27,6 +27,7 @@ class Suite:
     spp: list
     targets: list  # estimated RelMSE where `stops` stop; "own": no budget at all
     stops: list  # methods
+    max_spp: int  # cap of `targets`: some scenes take hours to get to an error
     seconds: list  # --time-limit of the default
     seeds: list
     reference_spp: int
@@ -86,8 +87,8 @@ def load(path, shared=SHARED, only=None, spp=None, scale=1):
     return Suite(
         name=os.path.splitext(os.path.basename(path))[0], title=told.get("title", "Study"), text=told.get("text", ""),
         views=views, missing=missing, methods=methods, default=default, default_spp=told.get("default_spp", spp), spp=spp,
-        targets=as_list(told.get("targets", [])), stops=[Method(*pair) for pair in told.get("stops", [])] + [DEFAULT] * default,
-        seconds=as_list(told.get("seconds", [])),
+        targets=as_list(told.get("targets", [])), max_spp=told.get("max_spp", 512),
+        stops=[Method(*pair) for pair in told.get("stops", [])] + [DEFAULT] * default, seconds=as_list(told.get("seconds", [])),
         seeds=as_list(told.get("seeds", [1])), reference_spp=told.get("reference_spp", 1024),
         anchor=told.get("anchor", spp[len(spp) // 2]), sections=sections, allowed=told.get("allowed", 1.1))
 
