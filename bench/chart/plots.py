@@ -147,7 +147,7 @@ def svg(figure):
     pyplot.close(figure)
     text = out.getvalue()
     svg.count += 1
-    text = text[text.index("<svg"):]
+    text = re.sub(r"<metadata>.*?</metadata>", "", text[text.index("<svg"):], flags=re.DOTALL)
     text = re.sub(r'\bid="', f'id="c{svg.count}-', text)
     return re.sub(r'(href="|url\()#', rf"\1#c{svg.count}-", text)
 
