@@ -76,7 +76,7 @@ def load(path, shared=SHARED, only=None, spp=None, scale=1):
         else:
             missing.append(scene_name(entry))
     if not views:
-        raise BenchError(f"{path}: none of its scenes is there" + ("" if only else "; --scenes names their folder"))
+        raise BenchError(f"{path}: none of its scenes is there; --scenes names the folder of the shared ones")
     default = bool(told.get("default", True))
     spp = spp or as_list(told.get("spp", [8]))
     methods = {Method(s, f): spp for s in told.get("samplers", []) for f in told.get("filters", [])}
