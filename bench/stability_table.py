@@ -61,20 +61,32 @@ def cells_of(results, unfiltered, floor):
 
 
 def faults(name, cell):
-    """Where a method leaves its bars."""
+    """Where a method leaves its bars: (kind, text)."""
     if cell.crashed:
-        return [f"{name}: {cell.crashed}"]
+        return [("crash", f"{name}: {cell.crashed}")]
     found = []
     if cell.bad:
-        found.append(f"{name}: {cell.bad} pixels are NaN or infinite")
+        found.append(("values", f"{name}: {cell.bad} pixels are NaN or infinite"))
     if cell.negative:
-        found.append(f"{name}: {cell.negative} pixels are negative")
+        found.append(("values", f"{name}: {cell.negative} pixels are negative"))
     if cell.worse():
-        found.append(f"{name}: MrSE is {cell.ratio:.3g} times the unfiltered image's, worst seed {cell.worst:.3g}; "
-                     f"at most {WORSE} in the mean")
+        found.append(("error", f"{name}: MrSE is {cell.ratio:.3g} times the unfiltered image's, worst seed {cell.worst:.3g}; "
+                               f"at most {WORSE} in the mean"))
     if cell.off():
-        found.append(f"{name}: energy {cell.energy:.4f} +- {cell.energy_error:.4f} of the reference's; "
-                     f"{ENERGY_BAR:.0%} and three standard errors are allowed")
+        found.append(("energy", f"{name}: energy {cell.energy:.4f} +- {cell.energy_error:.4f} of the reference's; "
+                                f"{ENERGY_BAR:.0%} and three standard errors are allowed"))
+    return found
+
+
+def differing(cells):
+    """Scenes whose image is to be that of another scene, and is not: unfiltered, with the same samples."""
+    found = []
+    for name, of in cells.items():
+        like = cells.get(SCENES[name].same_as)
+        if like and not of["unfiltered"].crashed:
+            ratio = of["unfiltered"].mrse / like["unfiltered"].mrse
+            if not 0.98 < ratio < 1.02:
+                found.append(f"{name}: unfiltered MrSE is {ratio:.3g} times that of {SCENES[name].same_as}, which shows the same")
     return found
 
 

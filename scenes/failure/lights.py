@@ -64,12 +64,15 @@ def black(folder, name, shining):
 
 
 def furnace(folder):
-    """Bodies that reflect all light, under a sky of 1: every pixel is 1, as the longest path goes to infinity."""
+    """Bodies that reflect all light, under a sky of 1: every pixel is 1, as the longest path goes to infinity. Flat triangles:
+    interpolated normals lose light."""
     out = Writer(folder, "furnace")
     white = out.material("white", (1, 1, 1), matte=True)
-    out.place("ball", sphere(0.5, 16).without_uvs(), white, at=(-0.5, 0.5, 0))
+    ball, ring = sphere(0.5, 16).without_uvs(), torus(0.4, 0.1, 32, 12).without_uvs()
+    ball.normals, ring.normals = [], []
+    out.place("ball", ball, white, at=(-0.5, 0.5, 0))
     out.place("box", box((0.1, 0, -0.3), (0.8, 0.7, 0.4)).without_uvs(), white)
-    out.place("ring", torus(0.4, 0.1, 32, 12).without_uvs(), white, at=(0, 0.1, 0.9))
+    out.place("ring", ring, white, at=(0, 0.1, 0.9))
     out.camera((0.1, 1.2, 3.4), (0.1, 0.4, 0), 32, 1)
     out.save()
     radiance_map(os.path.join(folder, "white.hdr"), 8, 4, lambda x, y: (1, 1, 1))
