@@ -9,7 +9,7 @@
 namespace relume::denoise {
 namespace {
 
-constexpr double kSure = 2, kMost = 0.25;
+constexpr double kMost = 0.1;
 
 class Restored final : public Denoiser {
   public:

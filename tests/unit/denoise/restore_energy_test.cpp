@@ -45,29 +45,29 @@ Result Restore(float factor, const Frame& frame) {
 
 TEST(RestoreEnergy, GivesBackWhatIsSure) {
     const Frame frame = FrameFromFilm(MakeFilm({120, 80}, 8, 3));
-    for (const float factor : {0.85f, 0.95f, 1.1f}) {
+    for (const float factor : {0.92f, 0.95f, 1.1f}) {
         const Result result = Restore(factor, frame);
         EXPECT_NEAR(LightOf(result.color) / LightOf(frame.color), 1, 0.01) << factor;
         EXPECT_NEAR((*result.error)[7], 1 / (factor * factor), 0.03);
     }
 }
 
-TEST(RestoreEnergy, AtMostAQuarter) {
+TEST(RestoreEnergy, AtMostATenth) {
     const Frame frame = FrameFromFilm(MakeFilm({120, 80}, 8, 3));
-    EXPECT_NEAR(LightOf(Restore(0.1f, frame).color) / LightOf(frame.color), 0.125, 1e-3);
+    EXPECT_NEAR(LightOf(Restore(0.1f, frame).color) / LightOf(frame.color), 0.11, 1e-3);
 }
 
 TEST(RestoreEnergy, LeavesWhatMayBeNoise) {
     const Frame frame = FrameFromFilm(MakeFilm({30, 20}, 4, 3));
     // Relative deviation of the light: 1 / sqrt(4 * 600), some 2 %.
-    const Result result = Restore(0.98f, frame);
-    EXPECT_EQ(result.color[1][5], 0.98f * frame.color[1][5]);
+    const Result result = Restore(0.985f, frame);
+    EXPECT_EQ(result.color[1][5], 0.985f * frame.color[1][5]);
     EXPECT_EQ(result.notes.at("energy"), "+0.00 %");
 }
 
-TEST(RestoreEnergy, TwoFirefliesProveNothing) {
+TEST(RestoreEnergy, AFireflyProvesNothing) {
     const auto hook = [](int x, int y, int index, PixelSample* sample) {
-        if (y == 7 && (x == 20 || x == 70) && index == 2) {
+        if (y == 7 && x == 20 && index == 2) {
             sample->radiance = {1e5f, 1e5f, 1e5f};
         }
     };
