@@ -178,8 +178,8 @@ CandidateBank ComputeBank(const Frame& frame, const BilateralKernels& kernels,
                     LoadBankPlanes(frame, guides, tile, &planes);
                     AlignedFloats scratch = AlignedFloats::Raw(kPairScratch);
                     AlignedFloats sums = AlignedFloats::Raw(BankSum(kPairHeight, 0, 0));
-                    kernels.bank(planes.planes()[0], tables, tile.height, scratch.data(),
-                                 sums.data());
+                    kernels.bank(planes.planes()[0], tables, tile.width, tile.height,
+                                 scratch.data(), sums.data());
                     FinishTile(frame, tile, sums.data(), &bank);
                 });
     return bank;

@@ -104,8 +104,8 @@ void RobustBank::Extend(int until, const CancelToken& cancel) {
                     AlignedFloats scratch = AlignedFloats::Raw(2 * kPairScratch + kRobustScratch);
                     AlignedFloats sums =
                         AlignedFloats::Raw(static_cast<std::size_t>(RobustSum(kPairHeight, 0, 0)));
-                    kernels_.robust(planes.planes()[0], tables_, tile.height, scratch.data(),
-                                    sums.data());
+                    kernels_.robust(planes.planes()[0], tables_, tile.width, tile.height,
+                                    scratch.data(), sums.data());
                     FinishTile(tile, sums.data());
                 });
 }
