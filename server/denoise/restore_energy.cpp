@@ -43,7 +43,7 @@ class Restored final : public Denoiser {
         }
         // Channels of a sample go together: 3 V is the variance of their sum.
         variance *= 3;
-        const double sure = lost != 0 ? std::max(0.0, 1 - kSure * variance / (lost * lost)) : 0.0;
+        const double sure = lost != 0 ? std::max(0.0, 1 - variance / (lost * lost)) : 0.0;
         const double share = filtered > 0 ? std::clamp(sure * lost / filtered, -kMost, kMost) : 0.0;
         if (share != 0) {
             const auto gain = static_cast<float>(1 + share);
