@@ -34,9 +34,8 @@ constexpr std::array<double, kBlendedCount> kCost = {1, 4.5, 5};
 // Which of them a candidate mixes, cheapest first.
 constexpr BlendWeights kMixed[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 0},
                                    {1, 0, 1}, {0, 1, 1}, {1, 1, 1}};
-// To filter the image, and a part of its halves for the estimate of the error, over filtering
-// alone.
-constexpr double kWithEstimate = 1.5;
+// Of the estimate of the error: both halves of a quarter of the frame by the bilateral filter.
+constexpr double kEstimateCost = 0.5;
 // Of the error, that a cheaper candidate, or one with less features, may seem to cost.
 constexpr double kMostLost = 0.05;
 
@@ -176,7 +175,8 @@ class Auto final : public Denoiser {
     float seconds_;  // that the image may take; 0: any
 
     bool IsTooDear(double cost, double base_seconds) const {
-        return seconds_ > 0 && kWithEstimate * cost * base_seconds > static_cast<double>(seconds_);
+        return seconds_ > 0 &&
+               (cost + kEstimateCost) * base_seconds > static_cast<double>(seconds_);
     }
 
     static std::vector<const Trial::Run*> Parts(const std::array<Trial::Run, kBlendedCount>& runs,
@@ -188,6 +188,12 @@ class Auto final : public Denoiser {
             }
         }
         return parts;
+    }
+
+    static std::unique_ptr<Denoiser> Make(const Tried& tried) {
+        std::unique_ptr<Denoiser> denoiser = MakeDenoiser(tried.name);
+        return tried.weights == BlendWeights{} ? std::move(denoiser)
+                                               : RestoreEnergy(std::move(denoiser));
     }
 
     // Of the first window.
@@ -221,17 +227,16 @@ class Auto final : public Denoiser {
             Judge::Compare(tried[best].errors, Judge::Errors(tried[best].errors.size(), 0.0)).mean;
         for (const Tried& candidate : tried) {
             const Judge::Difference above = Judge::Compare(candidate.errors, tried[best].errors);
-            choice->candidates.push_back(
-                {candidate.name, least + above.mean, above.mean, above.error, candidate.seconds});
+            choice->candidates.push_back({Make(candidate)->Describe(), least + above.mean,
+                                          above.mean, above.error, candidate.seconds});
         }
         const std::size_t taken = *std::ranges::find_if(stands, [&](std::size_t k) {
             return Judge::Compare(tried[k].errors, tried[best].errors).Holds(kMostLost);
         });
-        std::unique_ptr<Denoiser> denoiser = MakeDenoiser(tried[taken].name);
-        choice->denoiser = taken == 0 ? std::move(denoiser) : RestoreEnergy(std::move(denoiser));
+        choice->denoiser = Make(tried[taken]);
         choice->reason = taken == best ? "the least error"
                                        : fmt::format("within one standard error of {}, and cheaper",
-                                                     tried[best].name);
+                                                     Make(tried[best])->Describe());
         return taken;
     }
 };
