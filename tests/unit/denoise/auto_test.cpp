@@ -51,7 +51,8 @@ TEST(Auto, FiltersANoisyImageAndSaysWhy) {
     for (const auto& candidate : candidates) {
         EXPECT_GE(candidate.seconds, 0);
         least = std::min(least, candidate.relmse);
-        if (filtered.filter == candidate.filter + ",energy=restore") {
+        const bool has_parameters = candidate.filter.find(':') != std::string::npos;
+        if (filtered.filter == candidate.filter + (has_parameters ? "," : ":") + "energy=restore") {
             taken = candidate.relmse;
             above = candidate.above_best;
             uncertainty = candidate.uncertainty;
