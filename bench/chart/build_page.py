@@ -1,11 +1,8 @@
-"""The page of a suite: its sections in the order in which it names them; charts as PNG where asked for."""
-import os
-
-from . import page, paper_sections, plots, sections
-from .summary import over_all
+"""The page of a suite: its sections in the order in which it names them; what goes into documents, where asked for."""
+from . import documents, page, paper_sections, sections
 
 
-def build(suite, runs, points, truths, about, png_folder=None):
+def build(suite, runs, points, truths, about, documents_folder=None):
     """The HTML text."""
     results = sections.Results(suite, runs, points, truths)
     chess = paper_sections.chess_passes(results) if {"passes", "claims"} & set(suite.sections) else {}
@@ -15,19 +12,8 @@ def build(suite, runs, points, truths, about, png_folder=None):
         "convergence": paper_sections.convergence, "gradient": paper_sections.gradient,
         "passes": lambda r: paper_sections.passes(r, chess),
         "claims": lambda r: paper_sections.claim_table(r, chess)}
-    made = [makers[name](results) for name in suite.sections]
-    if png_folder:
-        write_pngs(results, png_folder)
-    return page.render(suite.title, suite.text, about, made)
+    made = {name: makers[name](results) for name in suite.sections}
+    if documents_folder:
+        documents.write(results, made, documents_folder, runs.store.put_text)
+    return page.render(suite.title, suite.text, about, made.values())
 
-
-def write_pngs(results, folder):
-    """pareto-all.png and pareto-SCENE.png."""
-    os.makedirs(folder, exist_ok=True)
-    every = over_all(results.points, results.suite.anchor)
-    if every and len(results.scenes) > 1:
-        figure = plots.pareto(every, results.looks, "All scenes", "time over the base's")
-        plots.png(figure, os.path.join(folder, "pareto-all.png"))
-    for scene in results.scenes:
-        figure = plots.pareto(results.of(scene), results.looks, scene, sections.TIME)
-        plots.png(figure, os.path.join(folder, f"pareto-{scene}.png"))

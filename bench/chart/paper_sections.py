@@ -29,16 +29,14 @@ def _line(results, method, counts):
     return out
 
 
-def convergence(results):
-    """Fig. 10, with sampler and filter told apart."""
+def convergence_figure(results):
+    """Two panels: filters, samplers and whole methods."""
     counts = results.suite.spp
-    def line(method):
-        return _line(results, method, counts)
 
     def lines(methods, label):
         out = {}
         for method in methods:
-            y = line(method)
+            y = _line(results, method, counts)
             if y:
                 style = {**results.looks.line(method), "linewidth": 4 if method == BASE else 2 if method == DEFAULT else 1.2,
                          "alpha": 0.8 if method == BASE else 1, "markersize": 8 if method == DEFAULT else 4}
@@ -53,10 +51,14 @@ def convergence(results):
     for k, (label, (_, _, style)) in enumerate(samplers.items()):
         if label != "uniform":
             style.update(plots.colour(k - 1))
-    figure = plots.lines_chart([("filters, uniform sampling", filters), ("samplers, and methods as a whole", samplers)],
-                               "MrSE over unfiltered, " + f"{counts[0]:g} spp")
-    return page.section("Fig. 10 convergence", [
-        page.text(words.CONVERGENCE, spp=counts[0]), page.chart(plots.svg(figure))])
+    return plots.lines_chart([("filters, uniform sampling", filters), ("samplers, and methods as a whole", samplers)],
+                             f"MrSE over unfiltered, {counts[0]:g} spp")
+
+
+def convergence(results):
+    """Fig. 10, with sampler and filter told apart."""
+    return page.section("Fig. 10 convergence", [page.text(words.CONVERGENCE, spp=results.suite.spp[0]),
+                                                page.chart(plots.svg(convergence_figure(results)))])
 
 
 def gradient(results):

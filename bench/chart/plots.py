@@ -48,10 +48,10 @@ def _plain(axis):
 
 
 def _thin(axes, axis):
-    """At most seven labels: where 1, 2, 5 are too many, only powers of ten."""
+    """At most seven labels or so: where 1, 2, 5 are too many, 1 and 3, then powers of ten."""
     low, high = axes.get_xlim() if axis is axes.xaxis else axes.get_ylim()
-    if high / low > 100:
-        axis.set_major_locator(ticker.LogLocator(numticks=8))
+    if high / low > 30:
+        axis.set_major_locator(ticker.LogLocator(subs=(1.0, 3.0) if high / low < 1000 else (1.0,), numticks=8))
 
 
 def _panel(axes, points, measure, looks, unit):
@@ -76,7 +76,7 @@ def _panel(axes, points, measure, looks, unit):
     every = [(t, e, m) for m, of in {BASE: base, **lines}.items() for t, e in of]
     best = [every[i] for i in front.front([(t, e) for t, e, _ in every])]
     axes.plot([t for t, _, _ in best], [e for _, e, _ in best], color="black", linewidth=0.8, linestyle=":", marker="o",
-              markersize=10, markerfacecolor="none", markeredgewidth=0.9, zorder=5)
+              markersize=8, markerfacecolor="none", markeredgewidth=0.8, zorder=5)
     for point in points:
         if point.stop != "spp":
             axes.plot(point.time, point.errors[measure], marker="x", color=looks.filters[point.method.filter]["color"],
@@ -100,7 +100,7 @@ def _legend(figure, points, looks):
                 if f != "none" and (f != "auto" or any(m.filter == f and m != DEFAULT for m in methods))]
     entries += [line([], [], color="#555555", linewidth=0, markersize=5, marker=looks.samplers[s],
                      label=f"sampler {short(s)}") for s in samplers]
-    entries.append(line([], [], color="black", linestyle=":", linewidth=0.8, marker="o", markersize=9, markerfacecolor="none",
+    entries.append(line([], [], color="black", linestyle=":", linewidth=0.8, marker="o", markersize=8, markerfacecolor="none",
                         label="front"))
     if any(p.stop != "spp" for p in points):
         entries.append(line([], [], color="black", linewidth=0, marker="x", markersize=8, markeredgewidth=2.2,

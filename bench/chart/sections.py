@@ -4,6 +4,7 @@ from .methods import BASE, DEFAULT
 from .summary import MEASURES, curves, find, over_all
 
 TIME = "CPU seconds / threads"
+RELATIVE = "time over the base's"
 
 
 class Results:
@@ -32,7 +33,7 @@ def pareto(results):
     every = over_all(results.points, anchor)
     if every and len(results.scenes) > 1:
         parts += [page.chart(
-            plots.svg(plots.pareto(every, results.looks, "All scenes", "time over the base's")),
+            plots.svg(plots.pareto(every, results.looks, "All scenes", RELATIVE)),
             page.text(words.OVER_ALL, front=front_text(every), anchor=anchor)["text"])]
     for scene in results.scenes:
         figure = plots.pareto(results.of(scene), results.looks, scene, TIME)

@@ -11,6 +11,7 @@ import paths  # noqa: F401, I001
 import numpy as np
 
 from chart import exr, front, page, plots, summary
+from chart.judge import judge
 from chart.methods import BASE, DEFAULT, Method
 from chart.summary import Point
 
@@ -82,6 +83,28 @@ class SummaryTest(unittest.TestCase):
         self.assertEqual(made.seeds, 2)
         self.assertAlmostEqual(made.errors['mrse'], 0.002)
         self.assertAlmostEqual(made.errors['relmse'], 0.08)
+
+
+class JudgeTest(unittest.TestCase):
+    def verdict(self, error, floor, time=3):
+        points = [point('a', BILATERAL, 8, 1, 0.8), point('a', BILATERAL, 32, 4, 0.2), point('a', DEFAULT, 8, time, error)]
+        (text, beaten), = judge(points, {'a': {'floor': {'mrse': floor, 'relmse': floor}}}, 1.1)
+        return text, beaten
+
+    def test_a_tenth_is_allowed_and_more_names_who_is_better(self):
+        between = 0.8 / 3
+        self.assertFalse(self.verdict(1.09 * between, 0.01)[1])
+        text, beaten = self.verdict(1.11 * between, 0.01)
+        self.assertTrue(beaten)
+        self.assertIn('1.11 of uniform + bilateral', text)
+
+    def test_what_the_reference_cannot_tell_apart_is_a_tie(self):
+        self.assertFalse(self.verdict(0.4, 0.4)[1])
+
+    def test_the_fastest_is_not_beaten_and_an_absent_default_is(self):
+        self.assertFalse(self.verdict(0.9, 0.01, time=0.5)[1])
+        (_, beaten), = judge([point('a', BILATERAL, 8, 1, 0.8)], {'a': {'floor': None}}, 1.1)
+        self.assertTrue(beaten)
 
 
 class OutputTest(unittest.TestCase):
