@@ -56,7 +56,7 @@ SCENES = {
     "column": Scene(CORNELL, "an image of 1x4000", size="1x4000"),
     "row": Scene(UNITS + "line.gltf", "an image of 4000x1", size="4000x1"),
     "spp_1": Scene(CORNELL, "1 sample a pixel", spp=1),
-    "spp_2": Scene(CORNELL, "2 samples a pixel", spp=2),
+    "spp_2": Scene(CORNELL, "2 samples a pixel", spp=2, known="energy"),
     "spp_128": Scene(CORNELL, "128 samples a pixel: hardly any noise", spp=128, hard=0.25),
     "nan_position": Scene(BROKEN + "nan_position.gltf", "a vertex that is no number", refused="vertex 5 is not finite"),
     "infinite_position": Scene(BROKEN + "infinite_position.gltf", "a vertex at infinity", refused="vertex 5 is not finite"),
