@@ -14,6 +14,7 @@ class Scene:
     environment: str = None
     options: tuple = ()
     hard: float = 1  # times the samples of a reference
+    most_seeds: int = 1000  # where filters are slow
     same_as: str = None  # the scene whose reference is this one's, too
     refused: str = None  # to be told in these words, in place of an image
     known: str = None  # bar that `default` does not keep: "energy" or "error"; why is said in docs/stability.md
@@ -53,7 +54,7 @@ SCENES = {
                           environment=BROKEN + "infinite_sky.exr"),
     "one_pixel": Scene(CORNELL, "an image of 1x1, of a piece of wall", size="1x1", hard=64, options=(
         "--look-from", "0.278,0.27,0.8", "--look-at", "0.278,0.35,-0.5", "--fov", "6")),
-    "column": Scene(CORNELL, "an image of 1x4000", size="1x4000"),
+    "column": Scene(CORNELL, "an image of 1x4000", size="1x4000", most_seeds=2),
     "row": Scene(UNITS + "line.gltf", "an image of 4000x1", size="4000x1"),
     "spp_1": Scene(CORNELL, "1 sample a pixel", spp=1),
     "spp_2": Scene(CORNELL, "2 samples a pixel", spp=2, known="energy"),
