@@ -44,9 +44,9 @@ class StabilityTest(unittest.TestCase):
         self.assertRegex(said, r'\nspp_128: MrSE is [0-9.]+ times')
 
     def test_an_image_of_the_wrong_brightness_is_caught(self):
-        code, said, _ = self.check('--scenes', 'caustic', '--filters', 'wlr', '--judge', 'wlr')
+        code, said, _ = self.check('--scenes', 'rare_light', '--filters', 'wlr', '--judge', 'wlr')
         self.assertEqual(code, 1)
-        self.assertRegex(said, r'\ncaustic: energy 0\.')
+        self.assertRegex(said, r'\nrare_light: energy 0\.')
 
 
 if __name__ == '__main__':
