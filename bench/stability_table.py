@@ -21,7 +21,7 @@ RED, GRAY, PLAIN = "\033[41m", "\033[100m", "\033[0m"
 
 @dataclasses.dataclass
 class Cell:
-    crashed: str = None  # exit code and last line
+    crashed: str = None  # without an image: what was said
     ratio: float = math.nan  # of the means of MrSE
     worst: float = math.nan  # of one seed
     better: int = 0  # seeds that are better than unfiltered
@@ -31,6 +31,10 @@ class Cell:
     bad: int = 0
     negative: int = 0
     chosen: dict = None  # filter that auto took: number of seeds
+
+    def word(self):
+        """Of a cell without an image: refused in words, or worse."""
+        return "crash" if "ended by" in self.crashed or "took longer" in self.crashed else "refused"
 
     def worse(self):
         return self.ratio > WORSE
@@ -109,7 +113,7 @@ def print_tables(cells, methods, floors, refusals):
         for name, of in cells.items():
             line = f"{name:18}"
             for m in methods:
-                said = f"{'crash' if of[m].crashed else text(of[m]):>13}"
+                said = f"{of[m].word() if of[m].crashed else text(of[m]):>13}"
                 back = GRAY if of[m].crashed else RED if is_bad(of[m]) else ""
                 line += back + said + PLAIN if color and back else said
             print(line)
@@ -170,7 +174,7 @@ def heat_map(cells, methods):
             c, x = of[m], left + width * i
             tip = c.crashed or (f"{name}, {m}: MrSE {c.ratio:.4g} of the unfiltered image's, worst seed {c.worst:.4g}; energy "
                                 f"{c.energy:.4f} +- {c.energy_error:.4f}; not finite {c.bad}, negative {c.negative}")
-            text = "crash" if c.crashed else number(c.ratio) + marks(c)
+            text = c.word() if c.crashed else number(c.ratio) + marks(c)
             out.append(f'<g><title>{html.escape(tip)}</title><rect x="{x}" y="{y}" width="{width - 1}" height="{height - 1}" '
                        f'fill="{fill(c)}"/><text x="{x + width / 2}" y="{y + 15}" text-anchor="middle">{text}</text>'
                        + (f'<circle cx="{x + width - 6}" cy="{y + 5}" r="2.5" fill="#d00"/>'

@@ -201,8 +201,14 @@ class Writer:
         perspective = {
             "yfov": _short(math.radians(yfov_degrees)), "aspectRatio": aspect, "znear": 0.01 * self.unit
         }
-        camera = self._add("cameras", {"type": "perspective", "perspective": perspective})
-        node = {"name": "camera", "camera": camera}
+        self._camera({"type": "perspective", "perspective": perspective}, eye, target)
+
+    def orthographic_camera(self, eye, target, half_width, half_height):
+        sides = {"xmag": half_width * self.unit, "ymag": half_height * self.unit, "znear": 0, "zfar": 100 * self.unit}
+        self._camera({"type": "orthographic", "orthographic": sides}, eye, target)
+
+    def _camera(self, camera, eye, target):
+        node = {"name": "camera", "camera": self._add("cameras", camera)}
         node["matrix"] = self._matrix(look_at(eye, target))
         self.json["scenes"][0]["nodes"].append(self._add("nodes", node))
 

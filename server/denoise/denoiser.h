@@ -82,7 +82,7 @@ std::unique_ptr<Denoiser> MakeDenoiser(const std::string& text);
 // Text for people: every filter with its source, and its parameters with defaults and units.
 std::string DescribeDenoisers();
 
-// Checks needs, runs, and replaces any pixel that came out non-finite by the frame's own.
+// Checks needs, runs, and replaces what came out non-finite, by the frame's own, or below black.
 Result RunDenoiser(const Denoiser& denoiser, const Frame& frame, const CancelToken& cancel);
 
 }  // namespace relume::denoise

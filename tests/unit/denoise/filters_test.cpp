@@ -167,6 +167,28 @@ TEST_P(EveryFilter, OneBadSampleStaysInItsHalo) {
     }
 }
 
+// Linear fits and what is taken from fireflies swing below it.
+TEST_P(EveryFilter, NothingIsDarkerThanBlack) {
+    const Truth truth{60, 40};
+    const Frame frame =
+        FrameFromFilm(MakeFilm(truth, 4, 8, [](int x, int y, int index, PixelSample* sample) {
+            const bool firefly = (7 * x + 13 * y + 5 * index) % 97 == 0;
+            const float ramp = y < 20 ? 0.0f : 0.3f * std::max(0.0f, static_cast<float>(x - 30));
+            const float radiance = firefly && y < 20 ? 200.0f : ramp * (1 + 0.1f * (index % 3 - 1));
+            sample->radiance = {radiance, radiance, radiance};
+            for (int c = 0; c < 3; ++c) {
+                sample->features[static_cast<std::size_t>(kAlbedoR + c)] =
+                    static_cast<float>(x) / 60;
+            }
+        }));
+    const Result result = Filter(frame);
+    for (const Plane& plane : result.color) {
+        for (const float value : plane) {
+            ASSERT_GE(value, 0);
+        }
+    }
+}
+
 TEST_P(EveryFilter, APixelWithoutSamplesIsFilled) {
     const Truth truth{60, 40};
     const Frame frame =
