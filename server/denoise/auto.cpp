@@ -10,12 +10,18 @@
 // is given back (restore_energy.h). An image without halves can't be judged: it gets the bilateral
 // filter with all its features.
 //
-//   seconds   candidates that would take longer are not tried; 0 = none is too dear (default). With
-//             it the choice may differ from run to run.
+//   effort    what it may cost over the bilateral filter alone, the trial included, as a part of
+//             what the image's samples cost, by typical times (kSampleCost): dearer candidates are
+//             not tried. 0 = any (default). Error falls with the time to the power of 0.8 or so,
+//             and a mean of three filters has .7 of one's: from 0.6 on more samples would have been
+//             the better use of the time.
+//   seconds   what it may take; dearer candidates are not tried. 0 = any (default). With it the
+//             choice may differ from run to run.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <iterator>
+#include <limits>
 #include <utility>
 
 #include "core/base/error.h"
@@ -29,13 +35,17 @@
 namespace relume::denoise {
 namespace {
 
-// Over the bilateral filter's, as measured (bench/filters).
-constexpr std::array<double, kBlendedCount> kCost = {1, 4.5, 5};
+// Times over the bilateral filter's (bench/filters), and that of a sample a pixel of a scene that
+// is quick to render (bench/peers): 1.4 s a megapixel on two cores.
+constexpr std::array<double, kBlendedCount> kCost = {1, 7, 6.7};
+constexpr double kSampleCost = 1.75;
 // Which of them a candidate mixes, cheapest first.
-constexpr BlendWeights kMixed[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 0},
-                                   {1, 0, 1}, {0, 1, 1}, {1, 1, 1}};
+constexpr BlendWeights kMixed[] = {{1, 0, 0}, {0, 0, 1}, {0, 1, 0}, {1, 0, 1},
+                                   {1, 1, 0}, {0, 1, 1}, {1, 1, 1}};
 // Of the estimate of the error: both halves of a quarter of the frame by the bilateral filter.
 constexpr double kEstimateCost = 0.5;
+// Of what the choice may cost, that the search for features without use may.
+constexpr double kFeaturesShare = 0.15;
 // Of the error, that a cheaper candidate, or one with less features, may seem to cost.
 constexpr double kMostLost = 0.05;
 
@@ -63,19 +73,19 @@ struct Dropping {
 };
 
 Dropping DropFeatures(const Frame& frame, const Trial& trial, const Judge& judge, Trial::Run whole,
-                      const CancelToken& cancel) {
+                      bool tries, const CancelToken& cancel) {
     Dropping out;
     const char* name = kBlended[0].filter;
     out.tried.push_back({name, judge.Of(whole), whole.seconds, kMixed[0]});
     out.run = std::move(whole);
     std::size_t least = 0;
     for (const FeatureGroup& group : kFeatureGroups) {
-        if (!trial.tells() || group.first == kVisibility || frame.feature[group.first].empty()) {
+        if (!tries || group.first == kVisibility || frame.feature[group.first].empty()) {
             continue;  // the bilateral filter does not look at it
         }
         const std::string more = out.names + (out.names.empty() ? "" : "-") + group.name;
         const std::string blind = fmt::format("{},without={}", name, more);
-        Trial::Run run = trial.Filter(*MakeDenoiser(blind), cancel);
+        Trial::Run run = trial.Filter(*MakeDenoiser(blind), 0, cancel);
         out.tried.push_back({blind, judge.Of(run), run.seconds, kMixed[0]});
         const std::size_t last = out.tried.size() - 1;
         if (Judge::Compare(out.tried[last].errors, out.tried[least].errors).mean < 0) {
@@ -92,10 +102,16 @@ Dropping DropFeatures(const Frame& frame, const Trial& trial, const Judge& judge
 
 class Auto final : public Denoiser {
   public:
-    explicit Auto(float seconds) : seconds_(seconds) {}
+    Auto(float effort, float seconds) : effort_(effort), seconds_(seconds) {}
 
     std::string Describe() const override {
-        return seconds_ > 0 ? fmt::format("auto:seconds={:.6g}", seconds_) : "auto";
+        std::string text = "auto";
+        for (const auto& [name, value] : {std::pair{"effort", effort_}, {"seconds", seconds_}}) {
+            if (value > 0) {
+                text += fmt::format("{}{}={:.6g}", text == "auto" ? ":" : ",", name, value);
+            }
+        }
+        return text;
     }
 
     std::optional<Choice> Choose(const Frame& frame, const CancelToken& cancel) const override {
@@ -107,23 +123,35 @@ class Auto final : public Denoiser {
         }
         const Trial trial(frame);
         std::array<Trial::Run, kBlendedCount> runs;
-        std::vector<const Trial::Run*> all;
-        for (std::size_t k = 0; k < kBlendedCount; ++k) {
-            if (k == 0 || !IsTooDear(kCost[k], runs[0].seconds)) {
-                runs[k] = trial.Filter(*MakeDenoiser(kBlended[k].filter), cancel);
+        const auto base = MakeDenoiser(kBlended[0].filter);
+        runs[0] = trial.Filter(*base, 0, cancel);
+        Trial::Run other = trial.Filter(*base, 1, cancel);
+        std::vector<const Trial::Run*> all = {&runs[0]};
+        // Costs are those of the bilateral filter.
+        const double budget = Budget(trial, runs[0].seconds);
+        double spent = 2 * trial.share() + kEstimateCost;
+        for (std::size_t k = 1; k < kBlendedCount; ++k) {
+            if (spent + (trial.share() + 1) * kCost[k] <= budget) {
+                runs[k] = trial.Filter(*MakeDenoiser(kBlended[k].filter), 0, cancel);
                 all.push_back(&runs[k]);
+                spent += trial.share() * kCost[k];
             }
         }
-        const Judge judge(trial, all);
-        const double base_seconds = runs[0].seconds;
-        Dropping dropping = DropFeatures(frame, trial, judge, std::move(runs[0]), cancel);
+        const Judge judge(trial, all, other);
+        if (trial.share() == 1) {
+            choice.base_halves = std::make_shared<FilteredHalves>(
+                FilteredHalves{{runs[0].windows[0], std::move(other.windows[0])}});
+        }
+        const bool tries =
+            trial.tells() && (std::size(kFeatureGroups) - 1) * trial.share() <= kFeaturesShare * budget;
+        Dropping dropping = DropFeatures(frame, trial, judge, std::move(runs[0]), tries, cancel);
         runs[0] = std::move(dropping.run);
 
         std::vector<Tried> tried = {{"none", judge.OfNone(), 0, {}}};
         std::vector<std::size_t> stands = {0, 1 + dropping.taken};
         std::ranges::move(dropping.tried, std::back_inserter(tried));
         for (const BlendWeights& mixed : kMixed) {
-            if (mixed == kMixed[0] || IsTooDear(CostOf(mixed), base_seconds)) {
+            if (mixed == kMixed[0] || spent + CostOf(mixed) > budget) {
                 continue;
             }
             const std::vector<const Trial::Run*> parts = Parts(runs, mixed);
@@ -151,7 +179,7 @@ class Auto final : public Denoiser {
             stands = {0, stands.back()};
         }
         const std::size_t taken = Take(tried, stands, &choice);
-        if (!trial.tells()) {
+        if (!trial.tells() && all.size() > 1) {
             choice.reason = "too few samples a pixel to tell filters apart";
         }
         for (const char c : dropping.names) {
@@ -161,9 +189,6 @@ class Auto final : public Denoiser {
         choice.base = MakeDenoiser(tried[1].name);
         choice.over_base = ratio.ratio;
         choice.over_base_error = ratio.error;
-        if (trial.tries_all() && taken > 0) {
-            choice.halves = HalvesOf(Parts(runs, tried[taken].weights), tried[taken].weights);
-        }
         return choice;
     }
 
@@ -172,11 +197,18 @@ class Auto final : public Denoiser {
     }
 
   private:
-    float seconds_;  // that the image may take; 0: any
+    float effort_, seconds_;  // 0: any
 
-    bool IsTooDear(double cost, double base_seconds) const {
-        return seconds_ > 0 &&
-               (cost + kEstimateCost) * base_seconds > static_cast<double>(seconds_);
+    // What may be spent, in units of the bilateral filter, which takes `seconds` for the frame.
+    double Budget(const Trial& trial, double seconds) const {
+        double budget = std::numeric_limits<double>::infinity();
+        if (effort_ > 0 && trial.samples() > 0) {
+            budget = 1 + static_cast<double>(effort_) * trial.samples() * kSampleCost;
+        }
+        if (seconds_ > 0 && seconds > 0) {
+            budget = std::min(budget, static_cast<double>(seconds_) / seconds);
+        }
+        return budget;
     }
 
     static std::vector<const Trial::Run*> Parts(const std::array<Trial::Run, kBlendedCount>& runs,
@@ -194,24 +226,6 @@ class Auto final : public Denoiser {
         std::unique_ptr<Denoiser> denoiser = MakeDenoiser(tried.name);
         return tried.weights == BlendWeights{} ? std::move(denoiser)
                                                : RestoreEnergy(std::move(denoiser));
-    }
-
-    // Of the first window.
-    static std::shared_ptr<const FilteredHalves> HalvesOf(
-        const std::vector<const Trial::Run*>& parts, const BlendWeights& weights) {
-        std::vector<int> used;
-        std::ranges::copy_if(weights, std::back_inserter(used), [](int w) { return w > 0; });
-        auto halves = std::make_shared<FilteredHalves>();
-        for (std::size_t half = 0; half < 2; ++half) {
-            for (std::size_t c = 0; c < 3; ++c) {
-                std::vector<const Plane*> planes;
-                for (const Trial::Run* part : parts) {
-                    planes.push_back(&part->windows[0].color[half][c]);
-                }
-                halves->color[half][c] = MixPlanes(planes, used);
-            }
-        }
-        return halves;
     }
 
     // One of `stands`, numbers of `tried`, cheapest first.
@@ -244,11 +258,13 @@ class Auto final : public Denoiser {
 }  // namespace
 
 std::unique_ptr<Denoiser> MakeAuto(const ParamSet& params) {
-    const float seconds = params.GetFloat("seconds", 0);
-    if (!(seconds >= 0 && seconds <= 1e9f)) {
-        ThrowInvalidArgument(fmt::format("filter 'auto': seconds={} must be 0 to 1e9", seconds));
+    const float effort = params.GetFloat("effort", 0), seconds = params.GetFloat("seconds", 0);
+    for (const auto& [name, value] : {std::pair{"effort", effort}, {"seconds", seconds}}) {
+        if (!(value >= 0 && value <= 1e9f)) {
+            ThrowInvalidArgument(fmt::format("filter 'auto': {}={} must be 0 to 1e9", name, value));
+        }
     }
-    return std::make_unique<Auto>(seconds);
+    return std::make_unique<Auto>(effort, seconds);
 }
 
 }  // namespace relume::denoise

@@ -46,11 +46,10 @@ struct Choice {
     std::vector<Candidate> candidates;  // cheapest first
     std::string reason;                 // for people
     std::string dropped;                // features that were of no use, for people
-    // For estimates of its error (error_estimate.h): what it makes of the halves, if the whole
-    // frame was tried; its error over that of `base` where both were tried, and the standard error
-    // of that.
-    std::shared_ptr<const FilteredHalves> halves;
-    std::shared_ptr<const Denoiser> base;  // null: not tried
+    // For estimates of its error (error_estimate.h): over that of `base` where both were tried, and
+    // the standard error of that.
+    std::shared_ptr<const Denoiser> base;               // null: nothing was tried
+    std::shared_ptr<const FilteredHalves> base_halves;  // of the frame, if it was tried whole
     double over_base = 1, over_base_error = 0;
 };
 

@@ -187,13 +187,11 @@ void AddMap(const Frame& frame, const Result& result, ErrorEstimate* estimate) {
 
 std::optional<ErrorEstimate> EstimateChosen(const Choice& choice, const Frame& frame,
                                             const CancelToken& cancel) {
-    if (choice.halves && choice.halves->color[0][0].size() == frame.pixel_count()) {
-        return JudgeHalves(frame, *choice.halves);
-    }
     if (!choice.base) {
         return std::nullopt;
     }
-    auto estimate = EstimateByHalves(*choice.base, frame, cancel);
+    auto estimate = choice.base_halves ? JudgeHalves(frame, *choice.base_halves)
+                                       : EstimateByHalves(*choice.base, frame, cancel);
     if (estimate) {
         const double ratio = choice.over_base;
         const double spread = 1.96 * choice.over_base_error * estimate->relmse;

@@ -36,10 +36,9 @@ ErrorEstimate EstimateNoisy(const Frame& frame);
 std::optional<ErrorEstimate> EstimateByHalves(const Denoiser& denoiser, const Frame& frame,
                                               const CancelToken& cancel);
 
-// Of what was chosen, by `choice.base` and what is known from the trial, for less than filtering
-// halves by a dear filter: the base's estimate on this frame times `over_base` (a ratio estimate:
-// their errors vary together). Of the frame it was chosen for, tried whole, by its halves there.
-// Nothing if nothing was tried.
+// Of what was chosen, for less than filtering halves by a dear filter: the estimate of
+// `choice.base` on this frame times `over_base` (a ratio estimate: their errors vary together). Its
+// `base_halves`, if it has them, must be this frame's. Nothing if nothing was tried.
 std::optional<ErrorEstimate> EstimateChosen(const Choice& choice, const Frame& frame,
                                             const CancelToken& cancel);
 

@@ -120,16 +120,15 @@ Frame ShrinkFrame(const Frame& frame) {
     return out;
 }
 
+std::array<Plane, 3> FilterHalf(const Denoiser& denoiser, const Frame& frame, int half,
+                                const CancelToken& cancel) {
+    Result result = RunDenoiser(denoiser, HalfFrame(frame, half), cancel);
+    return {std::move(result.color[0]), std::move(result.color[1]), std::move(result.color[2])};
+}
+
 FilteredHalves FilterHalves(const Denoiser& denoiser, const Frame& frame,
                             const CancelToken& cancel) {
-    FilteredHalves out;
-    for (int half = 0; half < 2; ++half) {
-        Result result = RunDenoiser(denoiser, HalfFrame(frame, half), cancel);
-        for (std::size_t c = 0; c < 3; ++c) {
-            out.color[static_cast<std::size_t>(half)][c] = std::move(result.color[c]);
-        }
-    }
-    return out;
+    return {{FilterHalf(denoiser, frame, 0, cancel), FilterHalf(denoiser, frame, 1, cancel)}};
 }
 
 Plane Disagreement(const FilteredHalves& halves) {
@@ -150,9 +149,9 @@ std::array<Plane, 3> HalvesError(const Frame& frame, const FilteredHalves& halve
     for (std::size_t c = 0; c < 3; ++c) {
         error[c].resize(frame.pixel_count());
         for (std::size_t i = 0; i < error[c].size(); ++i) {
-            const std::array<float, 2> f = {halves.color[0][c][i], halves.color[1][c][i]};
-            error[c][i] =
-                HalvesProduct(frame.half[0][c][i], frame.half[1][c][i], f, f, noise[c][i]);
+            const float fa = halves.color[0][c][i], fb = halves.color[1][c][i];
+            error[c][i] = 0.5f * (HeldOutProduct(frame.half[1][c][i], fa, fa, noise[c][i]) +
+                                  HeldOutProduct(frame.half[0][c][i], fb, fb, noise[c][i]));
         }
     }
     return error;

@@ -37,7 +37,11 @@ constexpr struct {
      "             a part of the image, is within one standard error of the best; features that "
      "don't\n"
      "             help are dropped\n"
-     "    seconds=0        candidates that would take longer are not tried; 0: none is too dear\n"},
+     "    effort=0         what it may cost, as a part of the time that the samples take "
+     "typically; "
+     "0: any;\n"
+     "                     jobs have 0.6\n"
+     "    seconds=0        what it may take, seconds; 0: any\n"},
     {"none", MakeNone, "the mean of the samples, unfiltered\n"},
     {"bilateral", MakeBilateral,
      "cross-bilateral filter on normal, albedo and depth; Xing, Chen, Li 2020\n"

@@ -9,6 +9,7 @@
 #include "core/image/metrics.h"
 #include "server/denoise/blend.h"
 #include "server/denoise/error_estimate.h"
+#include "server/denoise/halves.h"
 
 namespace relume::denoise {
 namespace {
@@ -58,39 +59,36 @@ Trial::Trial(const Frame& frame) {
 
 bool Trial::tells() const { return samples_ == 0 || samples_ >= kFewestSamples; }
 
-Trial::Run Trial::Filter(const Denoiser& denoiser, const CancelToken& cancel) const {
+Trial::Run Trial::Filter(const Denoiser& denoiser, int half, const CancelToken& cancel) const {
     const auto start = std::chrono::steady_clock::now();
     Run run;
     for (const Window& window : windows_) {
-        run.windows.push_back(FilterHalves(denoiser, window.part.frame, cancel));
+        run.windows.push_back(FilterHalf(denoiser, window.part.frame, half, cancel));
     }
     run.seconds = 0.5 * whole_over_part_ *
                   std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return run;
 }
 
-Judge::Judge(const Trial& trial, std::span<const Trial::Run* const> runs) : trial_(trial) {
+Judge::Judge(const Trial& trial, std::span<const Trial::Run* const> runs, const Trial::Run& base)
+    : trial_(trial) {
     for (std::size_t w = 0; w < trial.windows().size(); ++w) {
-        FilteredHalves mean = runs[0]->windows[w];
+        std::array<Plane, 3>& scale = scale_.emplace_back();
         const auto share = 1.0f / static_cast<float>(runs.size());
-        for (std::size_t half = 0; half < 2; ++half) {
-            for (std::size_t c = 0; c < 3; ++c) {
-                Plane& plane = mean.color[half][c];
-                for (std::size_t i = 0; i < plane.size(); ++i) {
-                    float sum = 0;
-                    for (const Trial::Run* run : runs) {
-                        sum += run->windows[w].color[half][c][i];
-                    }
-                    plane[i] = share * sum;
+        for (std::size_t c = 0; c < 3; ++c) {
+            scale[c].resize(trial.windows()[w].part.frame.pixel_count());
+            for (std::size_t i = 0; i < scale[c].size(); ++i) {
+                float mean = 0;
+                for (const Trial::Run* run : runs) {
+                    mean += share * run->windows[w][c][i];
                 }
+                scale[c][i] = 1 / (3 * (mean * mean + static_cast<float>(kRelMSEEpsilon)));
             }
         }
-        scale_.push_back(FilteredYardstick(mean));
-        for (Plane& plane : scale_.back()) {
-            for (float& v : plane) {
-                v = 1 / (3 * (v + static_cast<float>(kRelMSEEpsilon)));
-            }
-        }
+    }
+    const Errors one = Of(*runs[0], 0), other = Of(base, 1);
+    for (std::size_t block = 0; block < one.size(); ++block) {
+        correction_.push_back(0.5 * (other[block] - one[block]));
     }
 }
 
@@ -106,13 +104,12 @@ void Judge::EachBlock(Body body) const {
     }
 }
 
-float Judge::Product(std::size_t window, std::size_t channel, std::size_t pixel,
-                     std::array<float, 2> f, std::array<float, 2> g) const {
+float Judge::Product(std::size_t window, std::size_t channel, std::size_t pixel, int half, float f,
+                     float g) const {
     const Trial::Window& of = trial_.windows()[window];
-    const auto& half = of.part.frame.half;
-    return scale_[window][channel][pixel] * HalvesProduct(half[0][channel][pixel],
-                                                          half[1][channel][pixel], f, g,
-                                                          of.noise[channel][pixel]);
+    return scale_[window][channel][pixel] *
+           HeldOutProduct(of.part.frame.half[1 - half][channel][pixel], f, g,
+                          of.noise[channel][pixel]);
 }
 
 Judge::Errors Judge::OfNone() const {
@@ -134,16 +131,23 @@ Judge::Errors Judge::OfNone() const {
 }
 
 Judge::Errors Judge::Of(const Trial::Run& run) const {
+    Errors errors = Of(run, 0);
+    for (std::size_t block = 0; block < errors.size(); ++block) {
+        errors[block] += correction_[block];
+    }
+    return errors;
+}
+
+Judge::Errors Judge::Of(const Trial::Run& run, int half) const {
     Errors errors;
     EachBlock([&](std::size_t w, const TileRect& block) {
-        const auto& color = run.windows[w].color;
+        const std::array<Plane, 3>& color = run.windows[w];
         double sum = 0;
         for (int y = block.y0; y < block.y1; ++y) {
             for (int x = block.x0; x < block.x1; ++x) {
                 const std::size_t i = PixelOf(trial_.windows()[w], x, y);
                 for (std::size_t c = 0; c < 3; ++c) {
-                    const std::array<float, 2> f = {color[0][c][i], color[1][c][i]};
-                    sum += Product(w, c, i, f, f);
+                    sum += Product(w, c, i, half, color[c][i], color[c][i]);
                 }
             }
         }
@@ -158,24 +162,18 @@ Judge::Mean Judge::BestMean(std::span<const Trial::Run* const> runs) const {
     std::vector<std::vector<double>> products;
     EachBlock([&](std::size_t w, const TileRect& block) {
         std::vector<double>& sums = products.emplace_back(n * n, 0.0);
-        std::vector<std::array<float, 2>> f(n);
         std::vector<float> values(n);
         for (int y = block.y0; y < block.y1; ++y) {
             for (int x = block.x0; x < block.x1; ++x) {
                 const std::size_t i = PixelOf(trial_.windows()[w], x, y);
                 for (std::size_t c = 0; c < 3; ++c) {
-                    for (std::size_t half = 0; half < 2; ++half) {
-                        for (std::size_t k = 0; k < n; ++k) {
-                            values[k] = runs[k]->windows[w].color[half][c][i];
-                        }
-                        DrawTogether(values);
-                        for (std::size_t k = 0; k < n; ++k) {
-                            f[k][half] = values[k];
-                        }
+                    for (std::size_t k = 0; k < n; ++k) {
+                        values[k] = runs[k]->windows[w][c][i];
                     }
+                    DrawTogether(values);
                     for (std::size_t k = 0; k < n; ++k) {
                         for (std::size_t l = 0; l <= k; ++l) {
-                            sums[k * n + l] += Product(w, c, i, f[k], f[l]);
+                            sums[k * n + l] += Product(w, c, i, 0, values[k], values[l]);
                         }
                     }
                 }
@@ -198,7 +196,7 @@ Judge::Mean Judge::BestMean(std::span<const Trial::Run* const> runs) const {
                     sum += (k == l ? 1 : 2) * weights[k] * weights[l] * block[k * n + l];
                 }
             }
-            of.push_back(sum / (all * all));
+            of.push_back(sum / (all * all) + correction_[of.size()]);
         }
         return of;
     };

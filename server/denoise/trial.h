@@ -9,44 +9,51 @@
 #include "server/denoise/denoiser.h"
 #include "server/denoise/frame.h"
 #include "server/denoise/frame_parts.h"
-#include "server/denoise/halves.h"
 
 namespace relume::denoise {
 
-// Filters tried on parts of a frame, a sixteenth of it: both halves of each, filtered apart. The
-// frame must have halves, and the filters must do without. A small frame is one part.
+// Filters tried on parts of a frame, a sixteenth of it: on one half of the samples there. The frame
+// must have halves, and the filters must do without. A small frame is one part.
 class Trial {
   public:
     explicit Trial(const Frame& frame);
 
     struct Run {
-        std::vector<FilteredHalves> windows;
+        std::vector<std::array<Plane, 3>> windows;  // the filtered half
         double seconds = 0;  // expected for the whole frame, by the time that the parts took
     };
-    Run Filter(const Denoiser& denoiser, const CancelToken& cancel) const;
+    Run Filter(const Denoiser& denoiser, int half, const CancelToken& cancel) const;
 
     struct Window {
         FramePart part;              // of which `inner` is judged: the rest is halo
         std::array<Plane, 3> noise;  // variance of the mean
     };
     const std::vector<Window>& windows() const { return windows_; }
-    bool tries_all() const { return windows_.size() == 1; }  // without halo
+    // Pixels that a filter sees, over those of the frame.
+    double share() const { return 1 / whole_over_part_; }
 
-    // Whether halves have enough samples to say how filters compare on twice as many.
+    double samples() const { return samples_; }  // mean of a pixel; 0: not known
+    // Whether a half has enough of them to say how filters compare on twice as many.
     bool tells() const;
 
   private:
     double whole_over_part_ = 1;
-    double samples_ = 0;  // mean of a pixel; 0: not known
+    double samples_ = 0;
     std::vector<Window> windows_;
 };
 
-// Runs of a trial judged by held-out samples: what a filter makes of one half is compared with the
-// other half (halves.h). Errors are relative to the brightness of the mean of some of the runs: a
-// single one would be judged mildly where it is too bright itself.
+// Runs of a trial judged by held-out samples: what a filter made of the first half is compared with
+// the second (halves.h). Their noise is the same for all, and cancels where two are compared; what
+// is left of it in an error itself is lowered by one filter, `base`, tried both ways round. To do
+// so with all would cost twice as much, and the choices would be no better.
+//
+//
+// Errors are relative to the brightness of the mean of some of the runs: a single one would be
+// judged mildly where it is too bright itself.
 class Judge {
   public:
-    Judge(const Trial& trial, std::span<const Trial::Run* const> runs);
+    // Runs of the first half, the first of them the base's, and the base's of the second half.
+    Judge(const Trial& trial, std::span<const Trial::Run* const> runs, const Trial::Run& base);
 
     // Estimated relative squared errors of blocks of pixels of what the filter makes of the whole
     // frame, in one order; single ones may be negative.
@@ -83,12 +90,14 @@ class Judge {
     // Calls body(window, block) with each block of pixels that is judged.
     template <class Body>
     void EachBlock(Body body) const;
-    // Estimated product of the errors of two runs, whose values of a pixel's halves are given.
-    float Product(std::size_t window, std::size_t channel, std::size_t pixel,
-                  std::array<float, 2> f, std::array<float, 2> g) const;
+    // Estimated product of the errors of two runs of a half, whose values of a pixel are given.
+    float Product(std::size_t window, std::size_t channel, std::size_t pixel, int half, float f,
+                  float g) const;
+    Errors Of(const Trial::Run& run, int half) const;
 
     const Trial& trial_;
     std::vector<std::array<Plane, 3>> scale_;  // of squared errors: 1 / (3 (brightness^2 + 0.01))
+    Errors correction_;  // of a block: the base's error both ways round, minus that by one
 };
 
 }  // namespace relume::denoise

@@ -122,6 +122,8 @@ jobs::Budgets BudgetsOf(const v1::JobSpec& spec, const TileRect& window) {
 
 // Of a time limit, for the filter that chooses.
 constexpr double kFilterShare = 0.1;
+// Of `auto` where a job does not say (server/denoise/auto.cpp).
+constexpr double kFilterEffort = 0.6;
 
 }  // namespace
 
@@ -156,9 +158,12 @@ CheckedSpec CheckSpec(const v1::JobSpec& spec, const store::BlobStore& blobs) {
     const auto denoiser =
         denoise::MakeDenoiser(spec.filter().empty() ? kDefaultFilter : spec.filter());
     checked.filter = denoiser->Describe();
-    if (checked.budgets.seconds && checked.filter == "auto") {
-        checked.filter =
-            fmt::format("auto:seconds={:.3g}", kFilterShare * *checked.budgets.seconds);
+    if (spec.filter().empty() || spec.filter() == kDefaultFilter) {
+        checked.filter = fmt::format("auto:effort={:.3g}", kFilterEffort);
+        if (checked.budgets.seconds) {
+            checked.filter +=
+                fmt::format(",seconds={:.3g}", kFilterShare * *checked.budgets.seconds);
+        }
     }
 
     const std::uint64_t kept =

@@ -20,23 +20,21 @@ double MeanOf(const Judge::Errors& errors) {
     return mean;
 }
 
-// What a filter would make of the truth whose errors are independent from half to half, of
-// standard deviations `shared`, the same in all runs of the same `seed`, and `own`.
+// What a filter would make of the truth whose errors are of the standard
+// deviations `shared`, the same in all runs of the same `seed`, and `own`.
 Trial::Run MakeRun(const Trial& trial, const Truth& truth, float shared, float own, unsigned run) {
     Trial::Run out;
     std::mt19937 common(1), single(100 + run);
     for (const Trial::Window& window : trial.windows()) {
-        FilteredHalves& halves = out.windows.emplace_back();
+        std::array<Plane, 3>& half = out.windows.emplace_back();
         const int width = window.part.frame.width;
-        for (auto& half : halves.color) {
-            for (std::size_t c = 0; c < 3; ++c) {
-                half[c].resize(window.part.frame.pixel_count());
-                for (std::size_t i = 0; i < half[c].size(); ++i) {
-                    const int x = static_cast<int>(i) % width, y = static_cast<int>(i) / width;
-                    half[c][i] = truth.Color(x, y)[static_cast<int>(c)] +
-                                 shared * static_cast<float>(Normal(&common)) +
-                                 own * static_cast<float>(Normal(&single));
-                }
+        for (std::size_t c = 0; c < 3; ++c) {
+            half[c].resize(window.part.frame.pixel_count());
+            for (std::size_t i = 0; i < half[c].size(); ++i) {
+                const int x = static_cast<int>(i) % width, y = static_cast<int>(i) / width;
+                half[c][i] = truth.Color(x, y)[static_cast<int>(c)] +
+                             shared * static_cast<float>(Normal(&common)) +
+                             own * static_cast<float>(Normal(&single));
             }
         }
     }
@@ -53,9 +51,9 @@ class Judges : public testing::Test {
 
 TEST_F(Judges, EstimateTheErrorThatThereIs) {
     const auto robust = MakeDenoiser("bilateral:mode=robust");
-    const Trial::Run run = trial_.Filter(*robust, CancelToken());
+    const Trial::Run run = trial_.Filter(*robust, 0, CancelToken());
     const Trial::Run* const runs[] = {&run};
-    const Judge judge(trial_, runs);
+    const Judge judge(trial_, runs, trial_.Filter(*robust, 1, CancelToken()));
     const Result result = RunDenoiser(*robust, frame_, CancelToken());
     const auto relmse = [&](const Plane(&image)[3]) {
         double sum = 0;
@@ -85,7 +83,7 @@ TEST_F(Judges, WeighBySmallErrorsAndEquallyWhereThatTellsNothing) {
     const Trial::Run third = MakeRun(trial_, truth_, 0, 0.06f, 3);
     {
         const Trial::Run* const runs[] = {&fine, &coarse};
-        const Judge judge(trial_, runs);
+        const Judge judge(trial_, runs, fine);
         const Judge::Mean mean = judge.BestMean(runs);
         EXPECT_NEAR(mean.weights[0], 8, 1);  // weights go by 1 / variance
         EXPECT_EQ(mean.weights[0] + mean.weights[1], 10);
@@ -93,27 +91,27 @@ TEST_F(Judges, WeighBySmallErrorsAndEquallyWhereThatTellsNothing) {
     }
     {
         const Trial::Run* const runs[] = {&fine, &third, &fine};
-        const Judge judge(trial_, runs);
+        const Judge judge(trial_, runs, fine);
         // 1/4, 1/2, 1/4 would be best, if only by a ninth of what one alone has.
         const Judge::Mean mean = judge.BestMean(runs);
         EXPECT_GE(mean.weights[1], mean.weights[0]);
     }
     {
         const Trial::Run* const runs[] = {&fine, &third};
-        const Judge::Mean mean = Judge(trial_, runs).BestMean(runs);
+        const Judge::Mean mean = Judge(trial_, runs, fine).BestMean(runs);
         EXPECT_NEAR(static_cast<double>(mean.weights[0]) / (mean.weights[0] + mean.weights[1]), 0.5,
                     0.11);
     }
 }
 
 TEST_F(Judges, ErrorsThatGoTogetherGainNothing) {
-    const Trial::Run one = MakeRun(trial_, truth_, 0.03f, 0, 1);
+    const Trial::Run fine = MakeRun(trial_, truth_, 0.03f, 0, 1);
     const Trial::Run other = MakeRun(trial_, truth_, 0.03f, 0, 2);
-    const Trial::Run* const runs[] = {&one, &other};
-    const Judge judge(trial_, runs);
+    const Trial::Run* const runs[] = {&fine, &other};
+    const Judge judge(trial_, runs, fine);
     const Judge::Mean mean = judge.BestMean(runs);
     EXPECT_EQ(mean.weights, (std::vector<int>{1, 1}));
-    EXPECT_NEAR(MeanOf(mean.errors) / MeanOf(judge.Of(one)), 1, 1e-3);
+    EXPECT_NEAR(MeanOf(mean.errors) / MeanOf(judge.Of(fine)), 1, 1e-3);
 }
 
 TEST(Judge, OneBlockDoesNotDecide) {
