@@ -15,11 +15,20 @@ def process_cpu(pid):
     return time.clock_gettime((~pid << 3) | 2)
 
 
+def remove_orphans(folder):
+    """Folders of farms whose program was killed."""
+    for name in os.listdir(folder):
+        parts = name.split("-")
+        if parts[0] == "farm" and len(parts) == 3 and not os.path.exists(f"/proc/{parts[1]}"):
+            shutil.rmtree(os.path.join(folder, name), ignore_errors=True)
+
+
 class Farm:
     """A context manager; ends with the process that started it, however that ends."""
 
     def __init__(self, programs, folder, threads):
-        self.folder = tempfile.mkdtemp(prefix="farm-", dir=folder)
+        remove_orphans(folder)
+        self.folder = tempfile.mkdtemp(prefix=f"farm-{os.getpid()}-", dir=folder)
         parent = f"--with-parent={os.getpid()}"
         self.processes = [subprocess.Popen(
             [programs.path("relume-server"), "--listen", "127.0.0.1:0", "--data", os.path.join(self.folder, "data"),

@@ -76,16 +76,17 @@ class Runs:
             raise BenchError(f"{view.name}: no reference: {record['failed']}")
         return record
 
-    def denoise(self, film, filter_, keep=True):
+    def denoise(self, film, filter_):
         """`relume denoise` on the image of a render with filter none. seconds: of the process, less what it takes with
-        filter `none`. Without `keep` the image is not kept, unless it is there already: see `measure`."""
+        filter `none`. The image kept has RGB alone. Of nfor, rd and auto it is not quite what a render with them gives: see
+        chart.methods.IN_RENDER."""
         key = digest(FORMAT, "denoise", self.filters, film["key"], filter_, self.threads)
         record = self.store.get(key)
-        if record and (record["image"] or record["failed"] or not keep):
+        if record:
             return record
         if film["failed"]:
             raise BenchError(f"no film to filter: {film['failed']}")
-        idle = self.denoise(film, "none", keep=False)["process"] if filter_ != "none" else None
+        idle = self.denoise(film, "none")["process"] if filter_ != "none" else None
         out = self.store.path(key, f".{os.getpid()}.new.exr")
         code, said, process = self._timed(["denoise", film["image"], "-o", out, "--filter", filter_, "--threads",
                                            str(self.threads)])

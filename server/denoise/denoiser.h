@@ -32,6 +32,7 @@ struct Result {
 };
 
 class Denoiser;
+struct FilteredHalves;  // halves.h
 
 // What a method that chooses among others has taken for a frame, and why.
 struct Choice {
@@ -45,6 +46,12 @@ struct Choice {
     std::vector<Candidate> candidates;  // cheapest first
     std::string reason;                 // for people
     std::string dropped;                // features that were of no use, for people
+    // For estimates of its error (error_estimate.h): what it makes of the halves, if the whole
+    // frame was tried; its error over that of `base` where both were tried, and the standard error
+    // of that.
+    std::shared_ptr<const FilteredHalves> halves;
+    std::shared_ptr<const Denoiser> base;  // null: not tried
+    double over_base = 1, over_base_error = 0;
 };
 
 // One filtering method with its parameters. Reconstruct is a pure function of the frame: the same
