@@ -31,7 +31,7 @@ CORNELL = "cornell/cornell.gltf"
 SCENES = {
     "caustic": Scene("failure/caustic/caustic.gltf", "fireflies through glass and off brass", hard=4),
     "tiny_light": Scene(LIGHTS + "tiny_light.gltf", "a lamp of 1e-4 of the room, seen in brass", hard=2),
-    "rare_light": Scene("rare_light/rare_light_005.gltf", "a lamp that one path in 200 finds", size="48x48", known="energy"),
+    "rare_light": Scene("rare_light/rare_light_005.gltf", "a lamp that one path in 200 finds", size="48x48"),
     "keyhole": Scene(LIGHTS + "keyhole.gltf", "light through a hole, from the next room", hard=4, known="energy"),
     "dynamic_range": Scene(LIGHTS + "dynamic_range.gltf", "a room of .01 and a window of 10,000", hard=2),
     "black_lit": Scene(LIGHTS + "black_lit.gltf", "a lamp whose light does not get out of its box"),
@@ -51,7 +51,7 @@ SCENES = {
     "faulty_sky": Scene(BROKEN + "faulty_sky.gltf", "a map with NaN, -inf and negative texels", size="80x60",
                         environment=BROKEN + "faulty_sky.exr"),
     "infinite_sky": Scene(BROKEN + "faulty_sky.gltf", "a map with an infinite texel", size="80x60",
-                          environment=BROKEN + "infinite_sky.exr"),
+                          environment=BROKEN + "infinite_sky.exr", known="error"),
     "one_pixel": Scene(CORNELL, "an image of 1x1, of a piece of wall", size="1x1", hard=64, options=(
         "--look-from", "0.278,0.27,0.8", "--look-at", "0.278,0.35,-0.5", "--fov", "6")),
     "column": Scene(CORNELL, "an image of 1x4000", size="1x4000", most_seeds=2),
