@@ -20,6 +20,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <limits>
 #include <utility>
@@ -73,7 +74,7 @@ struct Dropping {
 };
 
 Dropping DropFeatures(const Frame& frame, const Trial& trial, const Judge& judge, Trial::Run whole,
-                      bool tries, const CancelToken& cancel) {
+                      int halves, bool tries, const CancelToken& cancel) {
     Dropping out;
     const char* name = kBlended[0].filter;
     out.tried.push_back({name, judge.Of(whole), whole.seconds, kMixed[0]});
@@ -85,7 +86,7 @@ Dropping DropFeatures(const Frame& frame, const Trial& trial, const Judge& judge
         }
         const std::string more = out.names + (out.names.empty() ? "" : "-") + group.name;
         const std::string blind = fmt::format("{},without={}", name, more);
-        Trial::Run run = trial.Filter(*MakeDenoiser(blind), 0, cancel);
+        Trial::Run run = trial.Filter(*MakeDenoiser(blind), halves, cancel);
         out.tried.push_back({blind, judge.Of(run), run.seconds, kMixed[0]});
         const std::size_t last = out.tried.size() - 1;
         if (Judge::Compare(out.tried[last].errors, out.tried[least].errors).mean < 0) {
@@ -123,28 +124,29 @@ class Auto final : public Denoiser {
         }
         const Trial trial(frame);
         std::array<Trial::Run, kBlendedCount> runs;
-        const auto base = MakeDenoiser(kBlended[0].filter);
-        runs[0] = trial.Filter(*base, 0, cancel);
-        Trial::Run other = trial.Filter(*base, 1, cancel);
+        runs[0] = trial.Filter(*MakeDenoiser(kBlended[0].filter), 2, cancel);
         std::vector<const Trial::Run*> all = {&runs[0]};
         // Costs are those of the bilateral filter.
         const double budget = Budget(trial, runs[0].seconds);
+        const int halves = std::isinf(budget) ? 2 : 1;
+        const double tried_share = halves * trial.share();
         double spent = 2 * trial.share() + kEstimateCost;
         for (std::size_t k = 1; k < kBlendedCount; ++k) {
-            if (spent + (trial.share() + 1) * kCost[k] <= budget) {
-                runs[k] = trial.Filter(*MakeDenoiser(kBlended[k].filter), 0, cancel);
+            if (spent + (tried_share + 1) * kCost[k] <= budget) {
+                runs[k] = trial.Filter(*MakeDenoiser(kBlended[k].filter), halves, cancel);
                 all.push_back(&runs[k]);
-                spent += trial.share() * kCost[k];
+                spent += tried_share * kCost[k];
             }
         }
-        const Judge judge(trial, all, other);
+        const Judge judge(trial, all, halves);
         if (trial.share() == 1) {
             choice.base_halves = std::make_shared<FilteredHalves>(
-                FilteredHalves{{runs[0].windows[0], std::move(other.windows[0])}});
+                FilteredHalves{{runs[0].halves[0][0], runs[0].halves[1][0]}});
         }
-        const bool tries =
-            trial.tells() && (std::size(kFeatureGroups) - 1) * trial.share() <= kFeaturesShare * budget;
-        Dropping dropping = DropFeatures(frame, trial, judge, std::move(runs[0]), tries, cancel);
+        const bool tries = trial.tells() &&
+                           (std::size(kFeatureGroups) - 1) * tried_share <= kFeaturesShare * budget;
+        Dropping dropping =
+            DropFeatures(frame, trial, judge, std::move(runs[0]), halves, tries, cancel);
         runs[0] = std::move(dropping.run);
 
         std::vector<Tried> tried = {{"none", judge.OfNone(), 0, {}}};
@@ -155,7 +157,7 @@ class Auto final : public Denoiser {
                 continue;
             }
             const std::vector<const Trial::Run*> parts = Parts(runs, mixed);
-            if (std::ranges::any_of(parts, [](const auto* run) { return run->windows.empty(); })) {
+            if (std::ranges::any_of(parts, [](const auto* run) { return run->halves.empty(); })) {
                 continue;  // not tried, as too dear
             }
             Tried candidate{"", {}, 0, mixed};

@@ -59,36 +59,41 @@ Trial::Trial(const Frame& frame) {
 
 bool Trial::tells() const { return samples_ == 0 || samples_ >= kFewestSamples; }
 
-Trial::Run Trial::Filter(const Denoiser& denoiser, int half, const CancelToken& cancel) const {
+Trial::Run Trial::Filter(const Denoiser& denoiser, int halves, const CancelToken& cancel) const {
     const auto start = std::chrono::steady_clock::now();
     Run run;
-    for (const Window& window : windows_) {
-        run.windows.push_back(FilterHalf(denoiser, window.part.frame, half, cancel));
+    for (int half = 0; half < halves; ++half) {
+        auto& windows = run.halves.emplace_back();
+        for (const Window& window : windows_) {
+            windows.push_back(FilterHalf(denoiser, window.part.frame, half, cancel));
+        }
     }
-    run.seconds = 0.5 * whole_over_part_ *
+    run.seconds = whole_over_part_ / halves *
                   std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return run;
 }
 
-Judge::Judge(const Trial& trial, std::span<const Trial::Run* const> runs, const Trial::Run& base)
-    : trial_(trial) {
+Judge::Judge(const Trial& trial, std::span<const Trial::Run* const> runs, int halves)
+    : trial_(trial), halves_(halves) {
+    const auto share = 1.0f / static_cast<float>(runs.size() * static_cast<std::size_t>(halves));
     for (std::size_t w = 0; w < trial.windows().size(); ++w) {
         std::array<Plane, 3>& scale = scale_.emplace_back();
-        const auto share = 1.0f / static_cast<float>(runs.size());
         for (std::size_t c = 0; c < 3; ++c) {
             scale[c].resize(trial.windows()[w].part.frame.pixel_count());
             for (std::size_t i = 0; i < scale[c].size(); ++i) {
                 float mean = 0;
                 for (const Trial::Run* run : runs) {
-                    mean += share * run->windows[w][c][i];
+                    for (int half = 0; half < halves; ++half) {
+                        mean += share * run->halves[static_cast<std::size_t>(half)][w][c][i];
+                    }
                 }
                 scale[c][i] = 1 / (3 * (mean * mean + static_cast<float>(kRelMSEEpsilon)));
             }
         }
     }
-    const Errors one = Of(*runs[0], 0), other = Of(base, 1);
-    for (std::size_t block = 0; block < one.size(); ++block) {
-        correction_.push_back(0.5 * (other[block] - one[block]));
+    const Errors some = Of(*runs[0], halves), both = Of(*runs[0], 2);
+    for (std::size_t block = 0; block < both.size(); ++block) {
+        correction_.push_back(both[block] - some[block]);
     }
 }
 
@@ -131,27 +136,29 @@ Judge::Errors Judge::OfNone() const {
 }
 
 Judge::Errors Judge::Of(const Trial::Run& run) const {
-    Errors errors = Of(run, 0);
+    Errors errors = Of(run, halves_);
     for (std::size_t block = 0; block < errors.size(); ++block) {
         errors[block] += correction_[block];
     }
     return errors;
 }
 
-Judge::Errors Judge::Of(const Trial::Run& run, int half) const {
+Judge::Errors Judge::Of(const Trial::Run& run, int halves) const {
     Errors errors;
     EachBlock([&](std::size_t w, const TileRect& block) {
-        const std::array<Plane, 3>& color = run.windows[w];
         double sum = 0;
         for (int y = block.y0; y < block.y1; ++y) {
             for (int x = block.x0; x < block.x1; ++x) {
                 const std::size_t i = PixelOf(trial_.windows()[w], x, y);
                 for (std::size_t c = 0; c < 3; ++c) {
-                    sum += Product(w, c, i, half, color[c][i], color[c][i]);
+                    for (int half = 0; half < halves; ++half) {
+                        const float f = run.halves[static_cast<std::size_t>(half)][w][c][i];
+                        sum += Product(w, c, i, half, f, f);
+                    }
                 }
             }
         }
-        errors.push_back(sum / static_cast<double>(block.area()));
+        errors.push_back(sum / (static_cast<double>(block.area()) * halves));
     });
     return errors;
 }
@@ -167,20 +174,22 @@ Judge::Mean Judge::BestMean(std::span<const Trial::Run* const> runs) const {
             for (int x = block.x0; x < block.x1; ++x) {
                 const std::size_t i = PixelOf(trial_.windows()[w], x, y);
                 for (std::size_t c = 0; c < 3; ++c) {
-                    for (std::size_t k = 0; k < n; ++k) {
-                        values[k] = runs[k]->windows[w][c][i];
-                    }
-                    DrawTogether(values);
-                    for (std::size_t k = 0; k < n; ++k) {
-                        for (std::size_t l = 0; l <= k; ++l) {
-                            sums[k * n + l] += Product(w, c, i, 0, values[k], values[l]);
+                    for (int half = 0; half < halves_; ++half) {
+                        for (std::size_t k = 0; k < n; ++k) {
+                            values[k] = runs[k]->halves[static_cast<std::size_t>(half)][w][c][i];
+                        }
+                        DrawTogether(values);
+                        for (std::size_t k = 0; k < n; ++k) {
+                            for (std::size_t l = 0; l <= k; ++l) {
+                                sums[k * n + l] += Product(w, c, i, half, values[k], values[l]);
+                            }
                         }
                     }
                 }
             }
         }
         for (double& sum : sums) {
-            sum /= static_cast<double>(block.area());
+            sum /= static_cast<double>(block.area()) * halves_;
         }
     });
     const auto errors = [&](const std::vector<int>& weights) {

@@ -19,10 +19,12 @@ class Trial {
     explicit Trial(const Frame& frame);
 
     struct Run {
-        std::vector<std::array<Plane, 3>> windows;  // the filtered half
+        std::vector<std::vector<std::array<Plane, 3>>>
+            halves;          // filtered: one or two, a window each
         double seconds = 0;  // expected for the whole frame, by the time that the parts took
     };
-    Run Filter(const Denoiser& denoiser, int half, const CancelToken& cancel) const;
+    // `halves`: 1, the first alone, or 2.
+    Run Filter(const Denoiser& denoiser, int halves, const CancelToken& cancel) const;
 
     struct Window {
         FramePart part;              // of which `inner` is judged: the rest is halo
@@ -42,18 +44,16 @@ class Trial {
     std::vector<Window> windows_;
 };
 
-// Runs of a trial judged by held-out samples: what a filter made of the first half is compared with
-// the second (halves.h). Their noise is the same for all, and cancels where two are compared; what
-// is left of it in an error itself is lowered by one filter, `base`, tried both ways round. To do
-// so with all would cost twice as much, and the choices would be no better.
-//
+// Runs of a trial judged by held-out samples: what a filter made of one half is compared with the
+// other (halves.h). Of runs of one half the noise is the same, and cancels where two are compared;
+// what is left of it in an error itself is lowered by one filter, the base, tried on both.
 //
 // Errors are relative to the brightness of the mean of some of the runs: a single one would be
 // judged mildly where it is too bright itself.
 class Judge {
   public:
-    // Runs of the first half, the first of them the base's, and the base's of the second half.
-    Judge(const Trial& trial, std::span<const Trial::Run* const> runs, const Trial::Run& base);
+    // The first of the runs is the base's, of both halves; the others are of as many as is said.
+    Judge(const Trial& trial, std::span<const Trial::Run* const> runs, int halves);
 
     // Estimated relative squared errors of blocks of pixels of what the filter makes of the whole
     // frame, in one order; single ones may be negative.
@@ -93,11 +93,13 @@ class Judge {
     // Estimated product of the errors of two runs of a half, whose values of a pixel are given.
     float Product(std::size_t window, std::size_t channel, std::size_t pixel, int half, float f,
                   float g) const;
-    Errors Of(const Trial::Run& run, int half) const;
+    // Of the first `halves` of a run.
+    Errors Of(const Trial::Run& run, int halves) const;
 
     const Trial& trial_;
     std::vector<std::array<Plane, 3>> scale_;  // of squared errors: 1 / (3 (brightness^2 + 0.01))
-    Errors correction_;  // of a block: the base's error both ways round, minus that by one
+    int halves_;
+    Errors correction_;  // of a block: the base's error by both halves, minus that by `halves_`
 };
 
 }  // namespace relume::denoise

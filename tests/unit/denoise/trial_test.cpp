@@ -25,23 +25,27 @@ double MeanOf(const Judge::Errors& errors) {
 Trial::Run MakeRun(const Trial& trial, const Truth& truth, float shared, float own, unsigned run) {
     Trial::Run out;
     std::mt19937 common(1), single(100 + run);
-    for (const Trial::Window& window : trial.windows()) {
-        std::array<Plane, 3>& half = out.windows.emplace_back();
-        const int width = window.part.frame.width;
-        for (std::size_t c = 0; c < 3; ++c) {
-            half[c].resize(window.part.frame.pixel_count());
-            for (std::size_t i = 0; i < half[c].size(); ++i) {
-                const int x = static_cast<int>(i) % width, y = static_cast<int>(i) / width;
-                half[c][i] = truth.Color(x, y)[static_cast<int>(c)] +
-                             shared * static_cast<float>(Normal(&common)) +
-                             own * static_cast<float>(Normal(&single));
+    for (int k = 0; k < 2; ++k) {
+        auto& windows = out.halves.emplace_back();
+        for (const Trial::Window& window : trial.windows()) {
+            std::array<Plane, 3>& half = windows.emplace_back();
+            const int width = window.part.frame.width;
+            for (std::size_t c = 0; c < 3; ++c) {
+                half[c].resize(window.part.frame.pixel_count());
+                for (std::size_t i = 0; i < half[c].size(); ++i) {
+                    const int x = static_cast<int>(i) % width, y = static_cast<int>(i) / width;
+                    half[c][i] = truth.Color(x, y)[static_cast<int>(c)] +
+                                 shared * static_cast<float>(Normal(&common)) +
+                                 own * static_cast<float>(Normal(&single));
+                }
             }
         }
     }
     return out;
 }
 
-class Judges : public testing::Test {
+// By one half, and by both.
+class Judges : public testing::TestWithParam<int> {
   protected:
     // One window: of that size the frame is tried whole.
     Truth truth_{192, 160};
@@ -49,11 +53,11 @@ class Judges : public testing::Test {
     Trial trial_{frame_};
 };
 
-TEST_F(Judges, EstimateTheErrorThatThereIs) {
+TEST_P(Judges, EstimateTheErrorThatThereIs) {
     const auto robust = MakeDenoiser("bilateral:mode=robust");
-    const Trial::Run run = trial_.Filter(*robust, 0, CancelToken());
+    const Trial::Run run = trial_.Filter(*robust, 2, CancelToken());
     const Trial::Run* const runs[] = {&run};
-    const Judge judge(trial_, runs, trial_.Filter(*robust, 1, CancelToken()));
+    const Judge judge(trial_, runs, 2);
     const Result result = RunDenoiser(*robust, frame_, CancelToken());
     const auto relmse = [&](const Plane(&image)[3]) {
         double sum = 0;
@@ -77,13 +81,13 @@ TEST_F(Judges, EstimateTheErrorThatThereIs) {
     EXPECT_TRUE(Judge::Compare(errors, errors).Holds(0));
 }
 
-TEST_F(Judges, WeighBySmallErrorsAndEquallyWhereThatTellsNothing) {
+TEST_P(Judges, WeighBySmallErrorsAndEquallyWhereThatTellsNothing) {
     const Trial::Run fine = MakeRun(trial_, truth_, 0, 0.06f, 1);
     const Trial::Run coarse = MakeRun(trial_, truth_, 0, 0.12f, 2);
     const Trial::Run third = MakeRun(trial_, truth_, 0, 0.06f, 3);
     {
         const Trial::Run* const runs[] = {&fine, &coarse};
-        const Judge judge(trial_, runs, fine);
+        const Judge judge(trial_, runs, GetParam());
         const Judge::Mean mean = judge.BestMean(runs);
         EXPECT_NEAR(mean.weights[0], 8, 1);  // weights go by 1 / variance
         EXPECT_EQ(mean.weights[0] + mean.weights[1], 10);
@@ -91,28 +95,30 @@ TEST_F(Judges, WeighBySmallErrorsAndEquallyWhereThatTellsNothing) {
     }
     {
         const Trial::Run* const runs[] = {&fine, &third, &fine};
-        const Judge judge(trial_, runs, fine);
+        const Judge judge(trial_, runs, GetParam());
         // 1/4, 1/2, 1/4 would be best, if only by a ninth of what one alone has.
         const Judge::Mean mean = judge.BestMean(runs);
         EXPECT_GE(mean.weights[1], mean.weights[0]);
     }
     {
         const Trial::Run* const runs[] = {&fine, &third};
-        const Judge::Mean mean = Judge(trial_, runs, fine).BestMean(runs);
+        const Judge::Mean mean = Judge(trial_, runs, GetParam()).BestMean(runs);
         EXPECT_NEAR(static_cast<double>(mean.weights[0]) / (mean.weights[0] + mean.weights[1]), 0.5,
                     0.11);
     }
 }
 
-TEST_F(Judges, ErrorsThatGoTogetherGainNothing) {
+TEST_P(Judges, ErrorsThatGoTogetherGainNothing) {
     const Trial::Run fine = MakeRun(trial_, truth_, 0.03f, 0, 1);
     const Trial::Run other = MakeRun(trial_, truth_, 0.03f, 0, 2);
     const Trial::Run* const runs[] = {&fine, &other};
-    const Judge judge(trial_, runs, fine);
+    const Judge judge(trial_, runs, GetParam());
     const Judge::Mean mean = judge.BestMean(runs);
     EXPECT_EQ(mean.weights, (std::vector<int>{1, 1}));
     EXPECT_NEAR(MeanOf(mean.errors) / MeanOf(judge.Of(fine)), 1, 1e-3);
 }
+
+INSTANTIATE_TEST_SUITE_P(Halves, Judges, testing::Values(1, 2));
 
 TEST(Judge, OneBlockDoesNotDecide) {
     Judge::Errors a(100, 0.01), b(100, 0.011);
