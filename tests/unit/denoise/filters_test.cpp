@@ -126,7 +126,7 @@ int HaloOf(std::string_view filter) {
         // smoothed; the last fit.
         {"nfor", 10 + 3 + 9 + 9 + 2 * (1 + 9) + 3 + 9 + 9},
         // Neighbours of four passes in boxes of 55, 35, 17, 7.
-        {"rpf:neighbours=few", 27 + 17 + 8 + 3},
+        {"rpf:neighbours=64", 27 + 17 + 8 + 3},
         {"sbf-gradient", 10 + 2 + 1 + 16 + 16},
         // Window; bandwidths smoothed.
         {"wlr", 10 + 9 + 3},
@@ -186,7 +186,7 @@ INSTANTIATE_TEST_SUITE_P(Filters, EveryFilter,
                          testing::Values("none", "bilateral:mode=robust",
                                          "bilateral:mode=corrected", "bilateral:mode=printed",
                                          "bilateral:mode=printed,taylor=0", "gem", "nfor", "nlm",
-                                         "rd", "rpf:neighbours=few", "sbf", "sbf-gradient", "wlr"),
+                                         "rd", "rpf:neighbours=64", "sbf", "sbf-gradient", "wlr"),
                          [](const auto& param) {
                              std::string name = param.param;
                              std::erase_if(name, [](char c) { return std::isalnum(c) == 0; });
@@ -298,7 +298,7 @@ TEST(Registry, UnknownNamesAreAnsweredWithTheKnownOnes) {
 TEST(Registry, DescribesItselfSoThatItCanBeMadeAgain) {
     for (const char* text : {"none", "bilateral:mode=robust", "bilateral:mode=corrected",
                              "bilateral:mode=printed,taylor=3", "gem:gamma=0.3", "nlm", "rd",
-                             "rpf:neighbours=few,variance=0.02", "sbf", "sbf-gradient", "wlr"}) {
+                             "rpf:neighbours=64,variance=0.02", "sbf", "sbf-gradient", "wlr"}) {
         EXPECT_EQ(MakeDenoiser(text)->Describe(), text);
         EXPECT_EQ(MakeDenoiser(MakeDenoiser(text)->Describe())->Describe(), text);
     }
