@@ -47,8 +47,9 @@ def _unit(v):
 
 
 class Writer:
-    def __init__(self, folder, name):
-        self.folder, self.name = folder, name
+    def __init__(self, folder, name, unit=1):
+        """A length of 1 becomes `unit` in the file."""
+        self.folder, self.name, self.unit = folder, name, unit
         os.makedirs(folder, exist_ok=True)
         self.binary = bytearray()
         self.json = {
@@ -72,17 +73,18 @@ class Writer:
         self.binary += struct.pack("<%d%s" % (len(values), code), *values)
         view = {"buffer": 0, "byteOffset": offset, "byteLength": len(self.binary) - offset}
         self.binary += b"\0" * (-len(self.binary) % 4)
-        view["target"] = target
+        if target is not None:
+            view["target"] = target
         accessor = {
             "bufferView": self._add("bufferViews", view),
             "componentType": component_type,
             "count": len(values) // width,
             "type": kind,
         }
-        if target == 34962 and kind == "VEC3":
+        if component_type == FLOAT and width != 2:
             stored = struct.unpack("<%df" % len(values), struct.pack("<%df" % len(values), *values))
-            accessor["min"] = [min(stored[c::3]) for c in range(3)]
-            accessor["max"] = [max(stored[c::3]) for c in range(3)]
+            accessor["min"] = [min(stored[c::width]) for c in range(width)]
+            accessor["max"] = [max(stored[c::width]) for c in range(width)]
         return self._add("accessors", accessor)
 
     def texture(self, file_name, png, clamp=False, nearest=False):
@@ -151,11 +153,11 @@ class Writer:
         return self._add("materials", item)
 
     def place(self, name, shape, material, at=None, **transform):
-        """A node with a shape; a shape is stored once however often it is placed."""
+        """A node with a shape; a shape is stored once however often it is placed. Returns the node."""
         if id(shape) not in self.shapes:
             if len(shape.positions) > 65535:
                 raise ValueError("%s has too many vertices for 16-bit indices" % name)
-            attributes = {"POSITION": self._vectors(shape.positions, "VEC3")}
+            attributes = {"POSITION": self._vectors(shape.positions, "VEC3", self.unit)}
             if shape.normals:
                 attributes["NORMAL"] = self._vectors(shape.normals, "VEC3")
             if shape.uvs:
@@ -170,21 +172,44 @@ class Writer:
             self.meshes[key] = self._add("meshes", {"name": name, "primitives": [primitive]})
         node = {"name": name, "mesh": self.meshes[key]}
         if at is not None and not transform:
-            node["translation"] = [_short(c) for c in at]
+            node["translation"] = self._moved(at)
         elif at is not None or transform:
-            node["matrix"] = [_short(c) for c in matrix(at or (0, 0, 0), **transform)]
-        self.json["scenes"][0]["nodes"].append(self._add("nodes", node))
+            node["matrix"] = self._matrix(matrix(at or (0, 0, 0), **transform))
+        index = self._add("nodes", node)
+        self.json["scenes"][0]["nodes"].append(index)
+        return index
 
-    def _vectors(self, vectors, kind):
-        return self._accessor([_short(c) for v in vectors for c in v], FLOAT, kind, 34962)
+    def animate(self, node, times, ways):
+        """Moves a node, placed with `at` alone: where it is at each of the times, linear between them."""
+        sampler = {
+            "input": self._accessor([_short(t) for t in times], FLOAT, "SCALAR", None),
+            "output": self._accessor([c for w in ways for c in self._moved(w)], FLOAT, "VEC3", None),
+        }
+        channel = {"sampler": 0, "target": {"node": node, "path": "translation"}}
+        self._add("animations", {"samplers": [sampler], "channels": [channel]})
+
+    def _moved(self, at):
+        return [_short(c) * self.unit for c in at]
+
+    def _matrix(self, columns):
+        return [_short(c) for c in columns[:12]] + self._moved(columns[12:15]) + [1]
+
+    def _vectors(self, vectors, kind, scale=1):
+        return self._accessor([_short(c) * scale for v in vectors for c in v], FLOAT, kind, 34962)
 
     def camera(self, eye, target, yfov_degrees, aspect):
         perspective = {
-            "yfov": _short(math.radians(yfov_degrees)), "aspectRatio": aspect, "znear": 0.01
+            "yfov": _short(math.radians(yfov_degrees)), "aspectRatio": aspect, "znear": 0.01 * self.unit
         }
-        camera = self._add("cameras", {"type": "perspective", "perspective": perspective})
-        node = {"name": "camera", "camera": camera}
-        node["matrix"] = [_short(c) for c in look_at(eye, target)]
+        self._camera({"type": "perspective", "perspective": perspective}, eye, target)
+
+    def orthographic_camera(self, eye, target, half_width, half_height):
+        sides = {"xmag": half_width * self.unit, "ymag": half_height * self.unit, "znear": 0, "zfar": 100 * self.unit}
+        self._camera({"type": "orthographic", "orthographic": sides}, eye, target)
+
+    def _camera(self, camera, eye, target):
+        node = {"name": "camera", "camera": self._add("cameras", camera)}
+        node["matrix"] = self._matrix(look_at(eye, target))
         self.json["scenes"][0]["nodes"].append(self._add("nodes", node))
 
     def save(self):

@@ -30,8 +30,8 @@ nlohmann::ordered_json Number(double value) {
 
 int RunCompare(const CompareOptions& options) {
     auto json = nlohmann::ordered_json::array();
-    std::vector<std::vector<std::string>> rows{
-        {"TEST", "MrSE", "MrSE trimmed", "RelMSE", "SSIM", "PSNR", "FLIP", "energy", "bad"}};
+    std::vector<std::vector<std::string>> rows{{"TEST", "MrSE", "MrSE trimmed", "RelMSE", "SSIM",
+                                                "PSNR", "FLIP", "energy", "bad", "negative"}};
     WithExitCode(kExitInput, [&] {
         const Image reference = ReadExr(options.reference);
         for (const auto& test : options.tests) {
@@ -46,12 +46,13 @@ int RunCompare(const CompareOptions& options) {
                             {"psnr", Number(e.psnr)},
                             {"flip", Number(e.flip)},
                             {"energy", Number(e.energy)},
-                            {"bad", e.bad}});
+                            {"bad", e.bad},
+                            {"negative", e.negative}});
             rows.push_back({test, fmt::format("{:.4g}", e.mrse),
                             fmt::format("{:.4g}", e.mrse_trimmed), fmt::format("{:.4g}", e.relmse),
                             fmt::format("{:.5f}", e.ssim), fmt::format("{:.2f}", e.psnr),
                             fmt::format("{:.4f}", e.flip), fmt::format("{:.4f}", e.energy),
-                            std::to_string(e.bad)});
+                            std::to_string(e.bad), std::to_string(e.negative)});
         }
     });
     if (options.talk.json) {

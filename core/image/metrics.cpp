@@ -116,6 +116,9 @@ ImageError CompareImages(const Image& reference, const Image& test,
     ImageError error;
     const Rgb ref = CleanRgb(reference, reference_layer, "reference", &error.bad);
     const Rgb img = CleanRgb(test, test_layer, "test image", &error.bad);
+    for (std::size_t i = 0; i < img[0].size(); ++i) {
+        error.negative += img[0][i] < 0 || img[1][i] < 0 || img[2][i] < 0;
+    }
     Plane relative = RelativeSquaredError(ref, img, kMrSEEpsilon);
     error.mrse = Mean(relative);
     error.mrse_trimmed = TrimmedMean(std::move(relative), kTrimmedShare);

@@ -21,6 +21,7 @@ struct ImageError {
     double energy = 0;        // mean(test) / mean(reference)
     // Pixels with a NaN or infinity, scored as black; one that is bad in both images counts twice.
     std::int64_t bad = 0;
+    std::int64_t negative = 0;  // pixels of `test` with a channel below 0
 };
 
 // Compares channels layer.R, layer.G, layer.B ("" for R, G, B) of the data windows. Throws

@@ -1,39 +1,94 @@
 // The filter that chooses: of its candidates the cheapest whose error is as small as the best's.
 //
-// Candidates, cheapest first: none; bilateral:mode=robust on the features that help it; rd; nfor.
-// Each is tried on a sixteenth of the frame and judged there by held-out samples
-// (trial.h). Features are dropped one after the other: one without which the error is within one
-// standard error of the least so far. Then the cheapest candidate is taken whose error is within
-// one standard error of the best one's (Breiman et al. 1984, section 3.4). An image without halves
-// can't be judged: it gets the bilateral filter with all its features.
+// Candidates, cheapest first: none; bilateral:mode=robust on the features that help it; rd; nfor;
+// blends of two of these, and of all three, with the weights that are best (blend.h). Each is tried
+// on a sixteenth of the frame and judged there by held-out samples (trial.h). Features are dropped
+// one after the other: one without which the bilateral filter's error is within one standard error
+// of the least so far. Then the cheapest candidate is taken whose error is within one standard
+// error of the best one's (Breiman et al. 1984, section 3.4), and within 5 % of it. Below 8 samples
+// a pixel their halves do not tell: all that is affordable is mixed, equally. Light that it loses
+// is given back (restore_energy.h). An image without halves can't be judged: it gets the bilateral
+// filter with all its features.
 //
 //   seconds   candidates that would take longer are not tried; 0 = none is too dear (default). With
 //             it the choice may differ from run to run.
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstring>
+#include <iterator>
 #include <utility>
 
 #include "core/base/error.h"
+#include "server/denoise/blend.h"
 #include "server/denoise/denoiser.h"
 #include "server/denoise/feature_groups.h"
+#include "server/denoise/halves.h"
+#include "server/denoise/restore_energy.h"
 #include "server/denoise/trial.h"
-#include "server/denoise/without_features.h"
 
 namespace relume::denoise {
 namespace {
 
-constexpr const char* kBase = "bilateral:mode=robust";
-constexpr const char* kNone = "none";
-// Dearer ones.
-constexpr struct {
-    const char* name;
-    double cost;  // over the bilateral filter's, as measured (bench/filters)
-} kFurther[] = {{"rd", 4.5}, {"nfor", 5}};
-// To filter the image, and a part of its halves for the estimate of the error, over filtering
-// alone.
-constexpr double kWithEstimate = 1.5;
+// Over the bilateral filter's, as measured (bench/filters).
+constexpr std::array<double, kBlendedCount> kCost = {1, 4.5, 5};
+// Which of them a candidate mixes, cheapest first.
+constexpr BlendWeights kMixed[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 0},
+                                   {1, 0, 1}, {0, 1, 1}, {1, 1, 1}};
+// Of the estimate of the error: both halves of a quarter of the frame by the bilateral filter.
+constexpr double kEstimateCost = 0.5;
+// Of the error, that a cheaper candidate, or one with less features, may seem to cost.
+constexpr double kMostLost = 0.05;
+
+double CostOf(const BlendWeights& mixed) {
+    double cost = 0;
+    for (std::size_t k = 0; k < kBlendedCount; ++k) {
+        cost += mixed[k] > 0 ? kCost[k] : 0;
+    }
+    return cost;
+}
+
+struct Tried {
+    std::string name;
+    Judge::Errors errors;
+    double seconds;
+    BlendWeights weights;  // of what it is made of
+};
+
+// The bilateral filter with fewer and fewer features.
+struct Dropping {
+    std::vector<Tried> tried;
+    std::size_t taken = 0;  // of `tried`
+    Trial::Run run;         // of that one
+    std::string names;      // of what it does without, "albedo-depth"
+};
+
+Dropping DropFeatures(const Frame& frame, const Trial& trial, const Judge& judge, Trial::Run whole,
+                      const CancelToken& cancel) {
+    Dropping out;
+    const char* name = kBlended[0].filter;
+    out.tried.push_back({name, judge.Of(whole), whole.seconds, kMixed[0]});
+    out.run = std::move(whole);
+    std::size_t least = 0;
+    for (const FeatureGroup& group : kFeatureGroups) {
+        if (!trial.tells() || group.first == kVisibility || frame.feature[group.first].empty()) {
+            continue;  // the bilateral filter does not look at it
+        }
+        const std::string more = out.names + (out.names.empty() ? "" : "-") + group.name;
+        const std::string blind = fmt::format("{},without={}", name, more);
+        Trial::Run run = trial.Filter(*MakeDenoiser(blind), cancel);
+        out.tried.push_back({blind, judge.Of(run), run.seconds, kMixed[0]});
+        const std::size_t last = out.tried.size() - 1;
+        if (Judge::Compare(out.tried[last].errors, out.tried[least].errors).mean < 0) {
+            least = last;
+        }
+        if (Judge::Compare(out.tried[last].errors, out.tried[least].errors).Holds(kMostLost)) {
+            out.names = more;
+            out.taken = last;
+            out.run = std::move(run);
+        }
+    }
+    return out;
+}
 
 class Auto final : public Denoiser {
   public:
@@ -46,37 +101,70 @@ class Auto final : public Denoiser {
     std::optional<Choice> Choose(const Frame& frame, const CancelToken& cancel) const override {
         Choice choice;
         if (!frame.has_halves() || frame.pixel_count() == 0) {
-            choice.denoiser = MakeDenoiser(kBase);
+            choice.denoiser = MakeDenoiser(kBlended[0].filter);
             choice.reason = "the image has no halves to judge filters by";
             return choice;
         }
-        const auto base = MakeDenoiser(kBase);
-        const Trial trial(frame, *base, cancel);
-        std::vector<Tried> tried;
-        tried.push_back({kNone, trial.unfiltered(), 0});
-        std::vector<std::size_t> stands = {0};
-        std::string dropped;
-        tried.push_back({kBase, trial.base(), trial.base_seconds()});
-        stands.push_back(DropFeatures(frame, trial, cancel, &tried, &dropped));
-        for (const auto& further : kFurther) {
-            if (seconds_ > 0 && kWithEstimate * further.cost * trial.base_seconds() >
-                                    static_cast<double>(seconds_)) {
+        const Trial trial(frame);
+        std::array<Trial::Run, kBlendedCount> runs;
+        std::vector<const Trial::Run*> all;
+        for (std::size_t k = 0; k < kBlendedCount; ++k) {
+            if (k == 0 || !IsTooDear(kCost[k], runs[0].seconds)) {
+                runs[k] = trial.Filter(*MakeDenoiser(kBlended[k].filter), cancel);
+                all.push_back(&runs[k]);
+            }
+        }
+        const Judge judge(trial, all);
+        const double base_seconds = runs[0].seconds;
+        Dropping dropping = DropFeatures(frame, trial, judge, std::move(runs[0]), cancel);
+        runs[0] = std::move(dropping.run);
+
+        std::vector<Tried> tried = {{"none", judge.OfNone(), 0, {}}};
+        std::vector<std::size_t> stands = {0, 1 + dropping.taken};
+        std::ranges::move(dropping.tried, std::back_inserter(tried));
+        for (const BlendWeights& mixed : kMixed) {
+            if (mixed == kMixed[0] || IsTooDear(CostOf(mixed), base_seconds)) {
                 continue;
             }
-            tried.push_back(Judge(trial, further.name, cancel));
-            stands.push_back(tried.size() - 1);
-        }
-        // What is of no use to the bilateral filter is of none to the best, if that holds.
-        std::size_t& best = *std::ranges::min_element(
-            stands, {}, [&](std::size_t k) { return trial.Mean(tried[k].errors); });
-        const std::string blind = tried[stands[1]].name.substr(std::strlen(kBase));
-        if (&best > &stands[1] && !blind.empty()) {
-            tried.push_back(Judge(trial, tried[best].name + (":" + blind.substr(1)), cancel));
-            if (trial.Compare(tried.back().errors, tried[best].errors).Holds()) {
-                best = tried.size() - 1;
+            const std::vector<const Trial::Run*> parts = Parts(runs, mixed);
+            if (std::ranges::any_of(parts, [](const auto* run) { return run->windows.empty(); })) {
+                continue;  // not tried, as too dear
             }
+            Tried candidate{"", {}, 0, mixed};
+            for (const Trial::Run* part : parts) {
+                candidate.seconds += part->seconds;
+            }
+            if (parts.size() == 1) {
+                candidate.errors = judge.Of(*parts[0]);
+            } else {
+                Judge::Mean mean = judge.BestMean(parts);
+                candidate.errors = std::move(mean.errors);
+                for (std::size_t k = 0, part = 0; k < kBlendedCount; ++k) {
+                    candidate.weights[k] = mixed[k] > 0 ? mean.weights[part++] : 0;
+                }
+            }
+            candidate.name = BlendName(candidate.weights, dropping.names);
+            stands.push_back(tried.size());
+            tried.push_back(std::move(candidate));
         }
-        return Take(trial, tried, stands, dropped);
+        if (!trial.tells()) {
+            stands = {0, stands.back()};
+        }
+        const std::size_t taken = Take(tried, stands, &choice);
+        if (!trial.tells()) {
+            choice.reason = "too few samples a pixel to tell filters apart";
+        }
+        for (const char c : dropping.names) {
+            choice.dropped += c == '-' ? ", " : std::string(1, c);
+        }
+        const Judge::Ratio ratio = Judge::Divide(tried[taken].errors, tried[1].errors);
+        choice.base = MakeDenoiser(tried[1].name);
+        choice.over_base = ratio.ratio;
+        choice.over_base_error = ratio.error;
+        if (trial.tries_all() && taken > 0) {
+            choice.halves = HalvesOf(Parts(runs, tried[taken].weights), tried[taken].weights);
+        }
+        return choice;
     }
 
     Result Reconstruct(const Frame& frame, const CancelToken& cancel) const override {
@@ -86,68 +174,70 @@ class Auto final : public Denoiser {
   private:
     float seconds_;  // that the image may take; 0: any
 
-    struct Tried {
-        std::string name;
-        Trial::Errors errors;
-        double seconds;
-    };
-
-    static Tried Judge(const Trial& trial, const std::string& name, const CancelToken& cancel) {
-        Tried candidate{name, {}, 0};
-        candidate.errors = trial.Judge(*MakeDenoiser(name), cancel, &candidate.seconds);
-        return candidate;
+    bool IsTooDear(double cost, double base_seconds) const {
+        return seconds_ > 0 &&
+               (cost + kEstimateCost) * base_seconds > static_cast<double>(seconds_);
     }
 
-    // Adds the last one of `tried` with fewer and fewer features; the number of the one to take.
-    static std::size_t DropFeatures(const Frame& frame, const Trial& trial,
-                                    const CancelToken& cancel, std::vector<Tried>* tried,
-                                    std::string* dropped) {
-        std::size_t taken = tried->size() - 1, least = taken;
-        const std::string name = tried->back().name;
-        std::string without;
-        for (const FeatureGroup& group : kFeatureGroups) {
-            if (group.first == kVisibility || frame.feature[group.first].empty()) {
-                continue;  // the bilateral filter does not look at it
-            }
-            const std::string more = without + (without.empty() ? "" : "-") + group.name;
-            tried->push_back(Judge(trial, fmt::format("{},without={}", name, more), cancel));
-            const std::size_t last = tried->size() - 1;
-            if (trial.Mean((*tried)[last].errors) < trial.Mean((*tried)[least].errors)) {
-                least = last;
-            }
-            if (trial.Compare((*tried)[last].errors, (*tried)[least].errors).Holds()) {
-                without = more;
-                taken = last;
-                *dropped += (dropped->empty() ? "" : ", ") + std::string(group.name);
+    static std::vector<const Trial::Run*> Parts(const std::array<Trial::Run, kBlendedCount>& runs,
+                                                const BlendWeights& weights) {
+        std::vector<const Trial::Run*> parts;
+        for (std::size_t k = 0; k < kBlendedCount; ++k) {
+            if (weights[k] > 0) {
+                parts.push_back(&runs[k]);
             }
         }
-        return taken;
+        return parts;
+    }
+
+    static std::unique_ptr<Denoiser> Make(const Tried& tried) {
+        std::unique_ptr<Denoiser> denoiser = MakeDenoiser(tried.name);
+        return tried.weights == BlendWeights{} ? std::move(denoiser)
+                                               : RestoreEnergy(std::move(denoiser));
+    }
+
+    // Of the first window.
+    static std::shared_ptr<const FilteredHalves> HalvesOf(
+        const std::vector<const Trial::Run*>& parts, const BlendWeights& weights) {
+        std::vector<int> used;
+        std::ranges::copy_if(weights, std::back_inserter(used), [](int w) { return w > 0; });
+        auto halves = std::make_shared<FilteredHalves>();
+        for (std::size_t half = 0; half < 2; ++half) {
+            for (std::size_t c = 0; c < 3; ++c) {
+                std::vector<const Plane*> planes;
+                for (const Trial::Run* part : parts) {
+                    planes.push_back(&part->windows[0].color[half][c]);
+                }
+                halves->color[half][c] = MixPlanes(planes, used);
+            }
+        }
+        return halves;
     }
 
     // One of `stands`, numbers of `tried`, cheapest first.
-    static Choice Take(const Trial& trial, const std::vector<Tried>& tried,
-                       const std::vector<std::size_t>& stands, const std::string& dropped) {
+    static std::size_t Take(const std::vector<Tried>& tried, const std::vector<std::size_t>& stands,
+                            Choice* choice) {
         std::size_t best = stands[0];
         for (const std::size_t k : stands) {
-            if (trial.Mean(tried[k].errors) < trial.Mean(tried[best].errors)) {
+            if (Judge::Compare(tried[k].errors, tried[best].errors).mean < 0) {
                 best = k;
             }
         }
-        Choice choice;
+        const double least =
+            Judge::Compare(tried[best].errors, Judge::Errors(tried[best].errors.size(), 0.0)).mean;
         for (const Tried& candidate : tried) {
-            const Trial::Difference above = trial.Compare(candidate.errors, tried[best].errors);
-            choice.candidates.push_back({candidate.name, trial.Mean(candidate.errors), above.mean,
-                                         above.error, candidate.seconds});
+            const Judge::Difference above = Judge::Compare(candidate.errors, tried[best].errors);
+            choice->candidates.push_back({Make(candidate)->Describe(), least + above.mean,
+                                          above.mean, above.error, candidate.seconds});
         }
         const std::size_t taken = *std::ranges::find_if(stands, [&](std::size_t k) {
-            return trial.Compare(tried[k].errors, tried[best].errors).Holds();
+            return Judge::Compare(tried[k].errors, tried[best].errors).Holds(kMostLost);
         });
-        choice.denoiser = MakeDenoiser(tried[taken].name);
-        choice.reason = taken == best ? "the least error"
-                                      : fmt::format("within one standard error of {}, and cheaper",
-                                                    tried[best].name);
-        choice.dropped = dropped;
-        return choice;
+        choice->denoiser = Make(tried[taken]);
+        choice->reason = taken == best ? "the least error"
+                                       : fmt::format("within one standard error of {}, and cheaper",
+                                                     Make(tried[best])->Describe());
+        return taken;
     }
 };
 

@@ -12,8 +12,9 @@
 // with the constants of SBF (Li, Wu, Chuang 2012): sigma .8 normal, .25 albedo, .6 depth, squared
 // distances, floor 1e-2 on a pair's variance of one sample. No range term. Each pixel takes the
 // window with the least SURE, smoothed by sigma = 4 pixels. The seven share the feature weights,
-// which are computed once a pair of pixels. The estimated error is the chosen window's smoothed
-// SURE.
+// which are computed once a pair of pixels. Wide windows are thin: of what lies farther than 10.5
+// pixels every other pixel counts for two, farther than 13.5 every fourth for four, farther than
+// 16.5 none. The estimated error is the chosen window's smoothed SURE.
 //
 // robust: the seven, and the seven again with a range term (methods 3.7), which keeps what no
 // feature shows: shadows, reflections. It doesn't compare noisy pixels, whose own noise would

@@ -21,6 +21,9 @@ struct CandidateBank {
 
 // The bank's constants, and guides whose variance is in units of the tables' floor.
 BankTables MakeBankTables();
+// With wide windows made thin: of what lies farther than 10.5 pixels every other pixel counts for
+// two, farther than 13.5 every fourth for four, farther than 16.5 none.
+BankTables MakeThinBankTables();
 Guides MakeBankGuides(const Frame& frame);
 
 // Loads what the bank's kernels see of a tile: colours, guides and their variances.

@@ -57,15 +57,15 @@ struct BankTables {
     float floor[3];    // of a pair's spread: normal, albedo, depth
 };
 
-// For `height` rows and all kPairWidth columns: BankSum(y, k, 0) + x of `out` is the sum of
-// candidate k's weights, 1 for the pixel itself, s = 1..3 the weighted sums of colour. planes[p]
+// For `height` rows of `width` pixels, at most a tile's: BankSum(y, k, 0) + x of `out` is the sum
+// of candidate k's weights, 1 for the pixel itself, s = 1..3 the weighted sums of colour. planes[p]
 // points at the tile's first pixel; kBankSpread + 0..2 hold the group's sample variance times 2
 // sigma_k^2. `scratch`: kPairScratch floats.
 inline constexpr int kBankSums = 4;
 inline constexpr int BankSum(int y, int k, int s) {
     return ((y * kCandidates + k) * kBankSums + s) * kPairWidth;
 }
-using BankKernel = void (*)(const float* planes, const BankTables& tables, int height,
+using BankKernel = void (*)(const float* planes, const BankTables& tables, int width, int height,
                             float* scratch, float* out);
 
 // A filter of candidate 0's window and weights, for the robust filter to compare colours by, with

@@ -61,11 +61,12 @@ struct BankPair {
     Floats floor[3];
 };
 
-void Bank(const float* first_plane, const BankTables& tables, int height, float* scratch,
-          float* out) {
+void Bank(const float* first_plane, const BankTables& tables, int columns, int height,
+          float* scratch, float* out) {
+    const int width = RoundUp(columns);
     const PairPlanes planes = {first_plane};
     for (int y = 0; y < height; ++y) {
-        for (int x = 0; x < kPairWidth; x += RELUME_LANES) {
+        for (int x = 0; x < width; x += RELUME_LANES) {
             for (int k = 0; k < kCandidates; ++k) {
                 Store(out + BankSum(y, k, 0) + x, Fill(1.0f));
                 for (int c = 0; c < 3; ++c) {
@@ -79,7 +80,7 @@ void Bank(const float* first_plane, const BankTables& tables, int height, float*
         planes, {Fill(tables.floor[0]), Fill(tables.floor[1]), Fill(tables.floor[2])}};
     const auto add = [&](const RowRings<1>& rings, int y, int dy) {
         AddRings<kBankSums>(
-            tables, rings, dy,
+            tables, rings, dy, width,
             [&](const auto& ring, int x, Floats(&sum)[kBankSums]) {
                 for (std::size_t n = 0; n < sizeof(ring.weight) / sizeof(ring.weight[0]); ++n) {
                     const Floats w = Load(ring.weight[n] + x);
@@ -92,7 +93,7 @@ void Bank(const float* first_plane, const BankTables& tables, int height, float*
             },
             [&](int k, int s) { return out + BankSum(y, k, s); });
     };
-    ForEachRow(pair, tables.radius[kCandidates - 1], tables.spatial[kCandidates - 1], height,
+    ForEachRow(pair, tables.radius[kCandidates - 1], tables.spatial[kCandidates - 1], width, height,
                scratch, add);
 }
 
@@ -139,8 +140,8 @@ struct RangeRow {
 // The range term's distance: mean over the channels of (g^2 - v_i - min(v_i, v_j)) r (methods 3.7,
 // 1.4). `exponent`: of the features' weights.
 inline void RangeDistances(const PairPlanes& planes, std::ptrdiff_t row, std::ptrdiff_t offset,
-                           const float* exponent, const RangeRow& to) {
-    for (int x = 0; x < kPairWidth; x += RELUME_LANES) {
+                           const float* exponent, int width, const RangeRow& to) {
+    for (int x = 0; x < width; x += RELUME_LANES) {
         const std::ptrdiff_t at = row + x;
         const Floats e = Load(exponent + x);
         Floats slope[3], excess[3], scale[3];
@@ -190,8 +191,9 @@ inline void AddRobustNeighbour(const PairPlanes& planes, std::ptrdiff_t at, std:
     }
 }
 
-void Robust(const float* first_plane, const BankTables& tables, int height, float* scratch,
-            float* out) {
+void Robust(const float* first_plane, const BankTables& tables, int columns, int height,
+            float* scratch, float* out) {
+    const int width = RoundUp(columns);
     const PairPlanes planes = {first_plane};
     __builtin_memset(out, 0, sizeof(float) * static_cast<std::size_t>(RobustSum(height, 0, 0)));
     const BankPair<2> pair = {
@@ -209,13 +211,13 @@ void Robust(const float* first_plane, const BankTables& tables, int height, floa
         const float near = first == 0 ? tables.spatial[0][dy][dx] : 0;
         for (int n = 0; n < kCount; ++n) {
             RangeDistances(planes, y * kPairStride, ring.offset[n],
-                           ring.weight[n] + PairRow<2>::kStride, ranges[n]);
-            for (int x = 0; x < kPairWidth; x += RELUME_LANES) {
+                           ring.weight[n] + PairRow<2>::kStride, width, ranges[n]);
+            for (int x = 0; x < width; x += RELUME_LANES) {
                 float* at = ranges[n].weight + x;
                 Store(at, ExpOfMinus(Load(at), kLargestExponent));
             }
         }
-        for (int x = 0; x < kPairWidth; x += RELUME_LANES) {
+        for (int x = 0; x < width; x += RELUME_LANES) {
             Floats sum[kRobustSums]{};
             for (int n = 0; n < kCount; ++n) {
                 AddRobustNeighbour(planes, y * kPairStride + x, ring.offset[n],
@@ -232,7 +234,7 @@ void Robust(const float* first_plane, const BankTables& tables, int height, floa
     };
     const int radius = tables.radius[kCandidates - 1];
     const auto& spatial = tables.spatial[kCandidates - 1];
-    ForEachRow(pair, radius, spatial, height, scratch,
+    ForEachRow(pair, radius, spatial, width, height, scratch,
                [&](const RowRings<2>& rings, int y, int dy) {
                    for (int dx = dy == 0 ? 1 : 0; dx <= radius; ++dx) {
                        if (spatial[dy][dx] != 0) {

@@ -10,20 +10,6 @@ namespace {
 
 constexpr float kImportanceFloor = 0.01f;  // that of RelMSE
 
-// Beyond the second widest window every other pixel counts for two: a quarter fewer pairs, and the
-// same error within half a per cent (mean of twelve scenes).
-BankTables MakeRobustTables() {
-    BankTables tables = MakeBankTables();
-    for (int y = 0; y <= kBankRadius; ++y) {
-        for (int x = 0; x <= kBankRadius; ++x) {
-            if (std::max(x, y) > tables.radius[kCandidates - 2]) {
-                tables.spatial[kCandidates - 1][y][x] *= (x + y) % 2 == 0 ? 2.0f : 0.0f;
-            }
-        }
-    }
-    return tables;
-}
-
 // Rows of a tile, from sums of weights and of weighted differences: what squared errors count,
 RELUME_CLONES void WeighErrors(int width, const float* __restrict weight,
                                const float* __restrict delta, const float* __restrict color,
@@ -82,7 +68,7 @@ RobustBank::RobustBank(const Frame& frame, const BilateralKernels& kernels,
     : frame_(frame),
       kernels_(kernels),
       guides_(MakeBankGuides(frame)),
-      tables_(MakeRobustTables()),
+      tables_(MakeThinBankTables()),
       guide_(FilterBySmallest(frame, guides_, tables_, kernels, cancel)) {
     for (Plane& plane : importance_) {
         plane.resize(frame.pixel_count());
@@ -118,8 +104,8 @@ void RobustBank::Extend(int until, const CancelToken& cancel) {
                     AlignedFloats scratch = AlignedFloats::Raw(2 * kPairScratch + kRobustScratch);
                     AlignedFloats sums =
                         AlignedFloats::Raw(static_cast<std::size_t>(RobustSum(kPairHeight, 0, 0)));
-                    kernels_.robust(planes.planes()[0], tables_, tile.height, scratch.data(),
-                                    sums.data());
+                    kernels_.robust(planes.planes()[0], tables_, tile.width, tile.height,
+                                    scratch.data(), sums.data());
                     FinishTile(tile, sums.data());
                 });
 }

@@ -32,6 +32,7 @@ struct Result {
 };
 
 class Denoiser;
+struct FilteredHalves;  // halves.h
 
 // What a method that chooses among others has taken for a frame, and why.
 struct Choice {
@@ -45,6 +46,12 @@ struct Choice {
     std::vector<Candidate> candidates;  // cheapest first
     std::string reason;                 // for people
     std::string dropped;                // features that were of no use, for people
+    // For estimates of its error (error_estimate.h): what it makes of the halves, if the whole
+    // frame was tried; its error over that of `base` where both were tried, and the standard error
+    // of that.
+    std::shared_ptr<const FilteredHalves> halves;
+    std::shared_ptr<const Denoiser> base;  // null: not tried
+    double over_base = 1, over_base_error = 0;
 };
 
 // One filtering method with its parameters. Reconstruct is a pure function of the frame: the same
@@ -75,7 +82,7 @@ std::unique_ptr<Denoiser> MakeDenoiser(const std::string& text);
 // Text for people: every filter with its source, and its parameters with defaults and units.
 std::string DescribeDenoisers();
 
-// Checks needs, runs, and replaces any pixel that came out non-finite by the frame's own.
+// Checks needs, runs, and replaces what came out non-finite, by the frame's own, or below black.
 Result RunDenoiser(const Denoiser& denoiser, const Frame& frame, const CancelToken& cancel);
 
 }  // namespace relume::denoise

@@ -110,29 +110,6 @@ ErrorEstimate JudgeParts(const Denoiser& denoiser, const Frame& frame,
     return estimate;
 }
 
-// Where the error lies, by what the filter says itself, of an estimate that has no map.
-void AddMap(const Frame& frame, const Result& result, ErrorEstimate* estimate) {
-    estimate->map.assign(frame.pixel_count(), static_cast<float>(estimate->relmse));
-    if (!result.error) {
-        return;
-    }
-    double sum = 0;
-    for (std::size_t i = 0; i < frame.pixel_count(); ++i) {
-        float square = 0;
-        for (const Plane& plane : result.color) {
-            square += plane[i] * plane[i] * (1.0f / 3.0f);
-        }
-        estimate->map[i] =
-            std::max(0.0f, (*result.error)[i]) / (square + static_cast<float>(kRelMSEEpsilon));
-        sum += estimate->map[i];
-    }
-    const double scale =
-        sum > 0 ? estimate->relmse * static_cast<double>(frame.pixel_count()) / sum : 0;
-    for (float& e : estimate->map) {
-        e = static_cast<float>(e * scale);
-    }
-}
-
 }  // namespace
 
 // That of the halves, where they are there: for one sample that is far out it is what that adds to
@@ -183,12 +160,58 @@ std::optional<ErrorEstimate> EstimateByHalves(const Denoiser& denoiser, const Fr
                               : JudgeHalves(frame, FilterHalves(denoiser, frame, cancel));
 }
 
+void AddMap(const Frame& frame, const Result& result, ErrorEstimate* estimate) {
+    if (!estimate->map.empty()) {
+        return;
+    }
+    estimate->map.assign(frame.pixel_count(), static_cast<float>(estimate->relmse));
+    if (!result.error) {
+        return;
+    }
+    double sum = 0;
+    for (std::size_t i = 0; i < frame.pixel_count(); ++i) {
+        float square = 0;
+        for (const Plane& plane : result.color) {
+            square += plane[i] * plane[i] * (1.0f / 3.0f);
+        }
+        estimate->map[i] =
+            std::max(0.0f, (*result.error)[i]) / (square + static_cast<float>(kRelMSEEpsilon));
+        sum += estimate->map[i];
+    }
+    const double scale =
+        sum > 0 ? estimate->relmse * static_cast<double>(frame.pixel_count()) / sum : 0;
+    for (float& e : estimate->map) {
+        e = static_cast<float>(e * scale);
+    }
+}
+
+std::optional<ErrorEstimate> EstimateChosen(const Choice& choice, const Frame& frame,
+                                            const CancelToken& cancel) {
+    if (choice.halves && choice.halves->color[0][0].size() == frame.pixel_count()) {
+        return JudgeHalves(frame, *choice.halves);
+    }
+    if (!choice.base) {
+        return std::nullopt;
+    }
+    auto estimate = EstimateByHalves(*choice.base, frame, cancel);
+    if (estimate) {
+        const double ratio = choice.over_base;
+        const double spread = 1.96 * choice.over_base_error * estimate->relmse;
+        const double margin = std::hypot(ratio * (estimate->high - estimate->relmse), spread);
+        estimate->relmse *= ratio;
+        estimate->low = std::max(0.0, estimate->relmse - margin);
+        estimate->high = estimate->relmse + margin;
+        for (float& e : estimate->map) {
+            e *= static_cast<float>(ratio);
+        }
+    }
+    return estimate;
+}
+
 std::optional<ErrorEstimate> EstimateFiltered(const Denoiser& denoiser, const Frame& frame,
                                               const Result& result, const CancelToken& cancel) {
     if (auto estimate = EstimateByHalves(denoiser, frame, cancel)) {
-        if (estimate->map.empty()) {
-            AddMap(frame, result, &*estimate);
-        }
+        AddMap(frame, result, &*estimate);
         return estimate;
     }
     if (!result.derivative) {

@@ -36,10 +36,20 @@ ErrorEstimate EstimateNoisy(const Frame& frame);
 std::optional<ErrorEstimate> EstimateByHalves(const Denoiser& denoiser, const Frame& frame,
                                               const CancelToken& cancel);
 
+// Of what was chosen, by `choice.base` and what is known from the trial, for less than filtering
+// halves by a dear filter: the base's estimate on this frame times `over_base` (a ratio estimate:
+// their errors vary together). Of the frame it was chosen for, tried whole, by its halves there.
+// Nothing if nothing was tried.
+std::optional<ErrorEstimate> EstimateChosen(const Choice& choice, const Frame& frame,
+                                            const CancelToken& cancel);
+
 // Of the filtered one: by its halves, else by SURE (Stein 1981; methods 1.5), if the method knows
 // its derivative: that is too low where the method chooses by SURE itself. Else nothing.
 std::optional<ErrorEstimate> EstimateFiltered(const Denoiser& denoiser, const Frame& frame,
                                               const Result& result, const CancelToken& cancel);
+
+// Where the error of an estimate lies, if it has no map: by what the filter says itself.
+void AddMap(const Frame& frame, const Result& result, ErrorEstimate* estimate);
 
 // Writes metadata `key` and `key`_interval, "low high"; without an estimate both are erased.
 void WriteClaim(const std::string& key, const ErrorEstimate* estimate,

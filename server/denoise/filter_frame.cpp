@@ -16,7 +16,14 @@ Filtered FilterFrame(const std::string& filter, const Frame& frame, const Cancel
     filtered.result = RunDenoiser(*denoiser, frame, cancel);
     filtered.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    filtered.error = EstimateFiltered(*denoiser, frame, filtered.result, cancel);
+    if (filtered.choice) {
+        filtered.error = EstimateChosen(*filtered.choice, frame, cancel);
+    }
+    if (filtered.error) {
+        AddMap(frame, filtered.result, &*filtered.error);
+    } else {
+        filtered.error = EstimateFiltered(*denoiser, frame, filtered.result, cancel);
+    }
     const bool by_halves = filtered.error && frame.has_halves();
     if (filtered.choice && by_halves && filtered.error->relmse > filtered.error->unfiltered &&
         denoiser->Describe() != "none") {

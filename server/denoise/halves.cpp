@@ -7,7 +7,6 @@ namespace relume::denoise {
 namespace {
 
 constexpr float kEpsilon = 1e-3f;
-constexpr float kFalls = 0.57f;
 
 std::shared_ptr<const SampleRecords> EveryOther(const SampleRecords& samples, std::size_t first) {
     auto out = std::make_shared<SampleRecords>(samples.pixel_count());
@@ -151,11 +150,9 @@ std::array<Plane, 3> HalvesError(const Frame& frame, const FilteredHalves& halve
     for (std::size_t c = 0; c < 3; ++c) {
         error[c].resize(frame.pixel_count());
         for (std::size_t i = 0; i < error[c].size(); ++i) {
-            const float fa = halves.color[0][c][i], fb = halves.color[1][c][i];
-            const float to_b = frame.half[1][c][i] - fa, to_a = frame.half[0][c][i] - fb;
-            // A half has twice the variance of the whole.
-            const float mean = 0.5f * (to_b * to_b + to_a * to_a) - 2 * noise[c][i];
-            error[c][i] = kFalls * mean;
+            const std::array<float, 2> f = {halves.color[0][c][i], halves.color[1][c][i]};
+            error[c][i] =
+                HalvesProduct(frame.half[0][c][i], frame.half[1][c][i], f, f, noise[c][i]);
         }
     }
     return error;

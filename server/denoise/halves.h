@@ -37,15 +37,24 @@ FilteredHalves FilterHalves(const Denoiser& denoiser, const Frame& frame,
 // mean. Row-major.
 Plane Disagreement(const FilteredHalves& halves);
 
-// Estimated squared error a pixel and channel of the filter on the whole frame; `noise`: variance
-// of the frame's mean. Mostly noise in one pixel, sound in a mean over many.
+// Estimated product of the errors of two filters F and G on the whole frame, in one pixel and
+// channel, of what they make of the halves a and b; `noise`: variance of the frame's mean. Mostly
+// noise in one pixel, sound in a mean over many.
 //
 // Each filtered half is judged by the other one, which had no part in what the filter chose for it:
-// E_a = (B - F_a)^2 - v_b, E_b likewise (methods 2.8, step 3; Bitterli et al. 2016). The whole
-// frame has twice the samples of a half: its error is 0.57 of a half's, as was measured for filters
-// that adapt (bench/sampling). Variance alone would halve, but the kernels narrow as samples come
-// in, so that bias and variance both fall: by 2^(-2/3) = 0.63 for the best kernels of two
-// dimensions (Stone 1982).
+// E_a = (b - F_a) (b - G_a) - v_b, E_b likewise (methods 2.8, step 3; Bitterli et al. 2016). The
+// whole frame has twice the samples of a half: its error is 0.57 of a half's, as was measured for
+// filters that adapt (bench/sampling). Variance alone would halve, but the kernels narrow as
+// samples come in, so that bias and variance both fall: by 2^(-2/3) = 0.63 for the best kernels of
+// two dimensions (Stone 1982).
+inline float HalvesProduct(float a, float b, std::array<float, 2> f, std::array<float, 2> g,
+                           float noise) {
+    constexpr float kFalls = 0.57f;
+    // A half has twice the variance of the whole.
+    return kFalls * (0.5f * ((b - f[0]) * (b - g[0]) + (a - f[1]) * (a - g[1])) - 2 * noise);
+}
+
+// That of one filter with itself, its squared error, a pixel and channel.
 std::array<Plane, 3> HalvesError(const Frame& frame, const FilteredHalves& halves,
                                  const std::array<Plane, 3>& noise);
 

@@ -20,8 +20,7 @@ struct PairPlanes {
 constexpr float kLargestExponent = 40;  // weights below exp(-40) are 0
 
 // The weights of a row of pixels with those `dy` rows below: of kind k of pair (x, x + dx) in
-// right(dx, k)[x], -dx <= x < kPairWidth; of (x, x - dx) in left(dx, k)[x], 0 <= x < kPairWidth +
-// dx.
+// right(dx, k)[x], -dx <= x < width; of (x, x - dx) in left(dx, k)[x], 0 <= x < width + dx.
 template <int kKinds>
 class PairRow {
   public:
@@ -45,7 +44,8 @@ inline int RoundUp(int value) { return (value + RELUME_LANES - 1) / RELUME_LANES
 // are exp(-e), but the last kExponents, which stay e.
 template <class Pair>
 inline void WeighRow(const Pair& pair, std::ptrdiff_t row, std::ptrdiff_t below, int radius,
-                     const float (&spatial)[kBankRadius + 1], const PairRow<Pair::kKinds>& to) {
+                     const float (&spatial)[kBankRadius + 1], int width,
+                     const PairRow<Pair::kKinds>& to) {
     constexpr int kKinds = Pair::kKinds;
     const auto weigh = [&](const typename Pair::Center& center, int x, int step, float* first) {
         Floats e[kKinds];
@@ -65,7 +65,7 @@ inline void WeighRow(const Pair& pair, std::ptrdiff_t row, std::ptrdiff_t below,
             }
         }
     }
-    for (int x = 0; x < kPairWidth; x += RELUME_LANES) {
+    for (int x = 0; x < width; x += RELUME_LANES) {
         const auto center = pair.LoadCenter(row + x);
         if (!same_row && spatial[0] != 0) {
             weigh(center, x, 0, to.right(0, 0));
@@ -88,9 +88,9 @@ inline void WeighRow(const Pair& pair, std::ptrdiff_t row, std::ptrdiff_t below,
             }
         }
     }
-    for (int x = kPairWidth; !same_row && x < kPairWidth + reach; x += RELUME_LANES) {
+    for (int x = width; !same_row && x < width + reach; x += RELUME_LANES) {
         const auto center = pair.LoadCenter(row + x);
-        for (int dx = x - kPairWidth + 1; dx <= radius; ++dx) {
+        for (int dx = x - width + 1; dx <= radius; ++dx) {
             if (spatial[dx] != 0) {
                 weigh(center, x, -dx, to.left(dx, 0));
             }
@@ -106,9 +106,9 @@ inline void WeighRow(const Pair& pair, std::ptrdiff_t row, std::ptrdiff_t below,
             continue;
         }
         for (int k = 0; k < kKinds - Pair::kExponents; ++k) {
-            exponentiate(to.right(dx, k), -RoundUp(dx), kPairWidth);
+            exponentiate(to.right(dx, k), -RoundUp(dx), width);
             if (!same_row && dx > 0) {
-                exponentiate(to.left(dx, k), 0, kPairWidth + RoundUp(dx));
+                exponentiate(to.left(dx, k), 0, width + RoundUp(dx));
             }
         }
     }
@@ -143,13 +143,14 @@ struct RowRings {
     std::ptrdiff_t below;
 };
 
-// Calls add(rings, y, dy) for rows 0 <= y < height of the tile and 0 <= dy <= radius, where the
-// rings at 0 <= dx <= radius (from 1 for dy = 0) with spatial[dy][dx] above 0 have their weights.
-// `scratch` holds PairRow::kSize * (kBankRadius + 1) floats.
+// Calls add(rings, y, dy) for rows 0 <= y < height of the tile's first `width` columns, whole
+// vectors, and 0 <= dy <= radius, where the rings at 0 <= dx <= radius (from 1 for dy = 0) with
+// spatial[dy][dx] above 0 have their weights. `scratch` holds PairRow::kSize * (kBankRadius + 1)
+// floats.
 template <class Pair, class Add>
 inline void ForEachRow(const Pair& pair, int radius,
-                       const float (&spatial)[kBankRadius + 1][kBankRadius + 1], int height,
-                       float* scratch, const Add& add) {
+                       const float (&spatial)[kBankRadius + 1][kBankRadius + 1], int width,
+                       int height, float* scratch, const Add& add) {
     using Row = PairRow<Pair::kKinds>;
     for (int dy = 0; dy <= radius; ++dy) {
         const std::ptrdiff_t below = dy * kPairStride;
@@ -157,7 +158,7 @@ inline void ForEachRow(const Pair& pair, int radius,
             // The rows from y - dy to y are kept, in turn.
             const Row here(scratch + (y + dy) % (dy + 1) * Row::kSize);
             const Row there(scratch + (y + dy + 1) % (dy + 1) * Row::kSize);
-            WeighRow(pair, y * kPairStride, below, radius, spatial[dy], here);
+            WeighRow(pair, y * kPairStride, below, radius, spatial[dy], width, here);
             if (y >= 0) {
                 add(RowRings<Pair::kKinds>{here, there, below}, y, dy);
             }
@@ -179,15 +180,15 @@ inline int FirstWindow(const BankTables& tables, int dy, int dx) {
 // widest one's stay in registers. sum(ring, x, to): kSums sums of a ring; total(k, s): the row of
 // window k's sum s.
 template <int kSums, class Rings, class Sum, class Total>
-inline void AddRings(const BankTables& tables, const Rings& rings, int dy, const Sum& sum,
-                     const Total& total) {
+inline void AddRings(const BankTables& tables, const Rings& rings, int dy, int width,
+                     const Sum& sum, const Total& total) {
     constexpr int kWidest = kCandidates - 1;
     const int radius = tables.radius[kWidest];
     int first[kBankRadius + 1];
     for (int dx = 0; dx <= radius; ++dx) {
         first[dx] = FirstWindow(tables, dy, dx);
     }
-    for (int x = 0; x < kPairWidth; x += RELUME_LANES) {
+    for (int x = 0; x < width; x += RELUME_LANES) {
         Floats widest[kSums];
         for (int s = 0; s < kSums; ++s) {
             widest[s] = Load(total(kWidest, s) + x);

@@ -5,12 +5,14 @@
 #include "server/denoise/denoiser.h"
 #include "server/denoise/fireflies.h"
 #include "server/denoise/on_changed_frame.h"
+#include "server/denoise/restore_energy.h"
 #include "server/denoise/without_features.h"
 
 namespace relume::denoise {
 
 std::unique_ptr<Denoiser> MakeAuto(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeNone(const ParamSet& params);
+std::unique_ptr<Denoiser> MakeBlend(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeBilateral(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeGem(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeNfor(const ParamSet& params);
@@ -30,9 +32,11 @@ constexpr struct {
     const char* help;  // what it is, source; then a line a parameter: name=default, values, unit
 } kDenoisers[] = {
     {"auto", MakeAuto,
-     "of the others the cheapest whose error, by held-out samples on a part of the image, is "
-     "within\n"
-     "             one standard error of the best; features that don't help are dropped\n"
+     "of none, bilateral, rd, nfor and their blends the cheapest whose error, by held-out "
+     "samples on\n"
+     "             a part of the image, is within one standard error of the best; features that "
+     "don't\n"
+     "             help are dropped\n"
      "    seconds=0        candidates that would take longer are not tried; 0: none is too dear\n"},
     {"none", MakeNone, "the mean of the samples, unfiltered\n"},
     {"bilateral", MakeBilateral,
@@ -46,6 +50,12 @@ constexpr struct {
      "                     printed: the paper's equations to the letter\n"
      "    taylor=8         printed only: terms of the gradient weight's series, 0 to 64; 0 = exp "
      "itself\n"},
+    {"blend", MakeBlend,
+     "weighted mean of filters; what is far from their median is drawn to it\n"
+     "    bilateral=1      weight of bilateral:mode=robust, 0 to 1000; 0: it does not run\n"
+     "    rd=1             of rd\n"
+     "    nfor=1           of nfor\n"
+     "    bilateral-without=NAMES  features that bilateral is not to look at, as `without`\n"},
     {"gem", MakeGem,
      "each pixel's Gaussian where less noise still outweighs more blur; Rousselle, Knaus,\n"
      "             Zwicker 2011\n"
@@ -104,6 +114,9 @@ std::unique_ptr<Denoiser> MakeDenoiser(const std::string& text) {
                 denoiser = OnChangedFrame(std::move(denoiser), "fireflies=spread",
                                           [](Frame* frame) { SpreadFireflies(frame); });
             }
+            if (named.params.GetChoice("energy", "keep", {"keep", "restore"}) == "restore") {
+                denoiser = RestoreEnergy(std::move(denoiser));
+            }
             named.params.RejectUnused("filter '" + named.name + "'");
             return denoiser;
         }
@@ -124,7 +137,11 @@ std::string DescribeDenoisers() {
         "visibility\n"
         "    fireflies=keep   keep; or spread: pixels that one bright sample made are spread over "
         "their\n"
-        "                     neighbours first\n";
+        "                     neighbours first\n"
+        "    energy=keep      keep; or restore: the whole image times a number so that its light "
+        "is "
+        "the\n"
+        "                     samples', as far as they are sure of it\n";
     return text;
 }
 

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/base/error.h"
@@ -59,6 +60,17 @@ Result RunDenoiser(const Denoiser& denoiser, const Frame& frame, const CancelTok
         if (!finite) {
             for (int c = 0; c < 3; ++c) {
                 result.color[c][i] = frame.color[c][i];
+            }
+        }
+        // Linear fits swing below black beside what is bright, and rpf takes too much from
+        // fireflies.
+        for (std::size_t c = 0; c < 3; ++c) {
+            const float least = std::min(frame.color[c][i], 0.0f);
+            if (result.color[c][i] < least) {
+                result.color[c][i] = least;
+                if (result.derivative) {
+                    (*result.derivative)[c][i] = 0;
+                }
             }
         }
         for (std::size_t c = 0; c < 3 && result.derivative; ++c) {

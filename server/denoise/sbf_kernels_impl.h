@@ -87,7 +87,7 @@ void BankOf(const float* first_plane, const BankTables& tables, int height, floa
     const auto add = [&](const RowRings<kKinds>& rings, int y, int dy) {
         for (int kind = 0; kind < kKinds; ++kind) {
             AddRings<kSbfSums>(
-                tables, rings, dy,
+                tables, rings, dy, kPairWidth,
                 [&](const auto& ring, int x, Floats(&sum)[kSbfSums]) {
                     for (std::size_t n = 0; n < sizeof(ring.weight) / sizeof(ring.weight[0]); ++n) {
                         const Floats w = Load(ring.weight[n] + kind * PairRow<kKinds>::kStride + x);
@@ -102,7 +102,7 @@ void BankOf(const float* first_plane, const BankTables& tables, int height, floa
         }
     };
     ForEachRow(SbfPair<kKinds>{planes}, tables.radius[kCandidates - 1],
-               tables.spatial[kCandidates - 1], height, scratch, add);
+               tables.spatial[kCandidates - 1], kPairWidth, height, scratch, add);
 }
 
 void SbfBank(const float* planes, const BankTables& tables, int candidates, int height,
@@ -151,7 +151,7 @@ void SbfSmooth(const float* first_plane, const BankTables& tables, int k, int gr
             }
         }
     };
-    ForEachRow(SbfPair<1>{planes}, radius, tables.spatial[k], height, scratch, add);
+    ForEachRow(SbfPair<1>{planes}, radius, tables.spatial[k], kPairWidth, height, scratch, add);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "server/rpc/filter_loop.h"
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "core/base/cancel_token.h"
@@ -49,8 +50,9 @@ jobs::Guide MakeMethodGuide(const std::string& filter) {
 
 std::function<double(const Film&)> MakeErrorEstimator(const std::string& filter) {
     struct State {
-        std::shared_ptr<const denoise::Denoiser> asked, taken;
-        double samples = 0;  // when it was taken
+        std::shared_ptr<const denoise::Denoiser> asked;
+        std::optional<denoise::Choice> choice;  // if that chooses
+        double samples = 0;                     // when it did
     };
     const auto state = std::make_shared<State>();
     state->asked = denoise::MakeDenoiser(filter);
@@ -61,17 +63,24 @@ std::function<double(const Film&)> MakeErrorEstimator(const std::string& filter)
         const CancelToken never;
         const denoise::Frame frame = denoise::FrameFromFilm(film);
         const double samples = film.TotalSamples();
-        if (!state->taken || samples >= 2 * state->samples) {
-            const auto choice = state->asked->Choose(frame, never);
-            state->taken = choice ? choice->denoiser : state->asked;
+        if (state->samples == 0 || samples >= 2 * state->samples) {
+            state->choice = state->asked->Choose(frame, never);
             state->samples = samples;
         }
-        if (state->taken->Describe() != "none") {
-            if (const auto error = denoise::EstimateByHalves(*state->taken, frame, never)) {
+        const denoise::Denoiser& taken = state->choice ? *state->choice->denoiser : *state->asked;
+        if (state->choice && taken.Describe() != "none") {
+            const auto error = denoise::EstimateChosen(*state->choice, frame, never);
+            state->choice->halves = nullptr;  // of this frame alone
+            if (error) {
                 return error->relmse;
             }
-            const denoise::Result result = denoise::RunDenoiser(*state->taken, frame, never);
-            if (const auto error = denoise::EstimateFiltered(*state->taken, frame, result, never)) {
+        }
+        if (taken.Describe() != "none") {
+            if (const auto error = denoise::EstimateByHalves(taken, frame, never)) {
+                return error->relmse;
+            }
+            const denoise::Result result = denoise::RunDenoiser(taken, frame, never);
+            if (const auto error = denoise::EstimateFiltered(taken, frame, result, never)) {
                 return error->relmse;
             }
         }

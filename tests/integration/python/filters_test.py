@@ -45,7 +45,7 @@ class FiltersTest(unittest.TestCase):
         self.assertIn('albedo', told['dropped'])
         self.assertTrue(told['reason'])
         names = [candidate['filter'] for candidate in told['candidates']]
-        self.assertEqual(names[:2], ['none', 'bilateral:mode=robust'])
+        self.assertEqual(names[:2], ['none', 'bilateral:mode=robust,energy=restore'])
         self.assertIn(told['filter'], names)
         self.assertLess(told['error']['relmse'], told['unfiltered_error']['relmse'])
 

@@ -110,6 +110,8 @@ int HaloOf(std::string_view filter) {
         {"bilateral:mode=corrected", 16 + 12},
         {"bilateral:mode=printed", 16 + 12},
         {"bilateral:mode=printed,taylor=0", 16 + 12},
+        // The widest of its parts', nfor's.
+        {"blend", 10 + 3 + 9 + 9 + 2 * (1 + 9) + 3 + 9 + 9},
         // The widest Gaussian ends at 24, and the flags are blurred over 48.
         {"gem", 10 + 24 + 48},
         // Window 10, two patches of 3.
@@ -165,6 +167,28 @@ TEST_P(EveryFilter, OneBadSampleStaysInItsHalo) {
     }
 }
 
+// Linear fits and what is taken from fireflies swing below it.
+TEST_P(EveryFilter, NothingIsDarkerThanBlack) {
+    const Truth truth{60, 40};
+    const Frame frame =
+        FrameFromFilm(MakeFilm(truth, 4, 8, [](int x, int y, int index, PixelSample* sample) {
+            const bool firefly = (7 * x + 13 * y + 5 * index) % 97 == 0;
+            const float ramp = y < 20 ? 0.0f : 0.3f * std::max(0.0f, static_cast<float>(x - 30));
+            const float radiance = firefly && y < 20 ? 200.0f : ramp * (1 + 0.1f * (index % 3 - 1));
+            sample->radiance = {radiance, radiance, radiance};
+            for (int c = 0; c < 3; ++c) {
+                sample->features[static_cast<std::size_t>(kAlbedoR + c)] =
+                    static_cast<float>(x) / 60;
+            }
+        }));
+    const Result result = Filter(frame);
+    for (const Plane& plane : result.color) {
+        for (const float value : plane) {
+            ASSERT_GE(value, 0);
+        }
+    }
+}
+
 TEST_P(EveryFilter, APixelWithoutSamplesIsFilled) {
     const Truth truth{60, 40};
     const Frame frame =
@@ -185,8 +209,9 @@ TEST_P(EveryFilter, APixelWithoutSamplesIsFilled) {
 INSTANTIATE_TEST_SUITE_P(Filters, EveryFilter,
                          testing::Values("none", "bilateral:mode=robust",
                                          "bilateral:mode=corrected", "bilateral:mode=printed",
-                                         "bilateral:mode=printed,taylor=0", "gem", "nfor", "nlm",
-                                         "rd", "rpf:neighbours=64", "sbf", "sbf-gradient", "wlr"),
+                                         "bilateral:mode=printed,taylor=0", "blend", "gem", "nfor",
+                                         "nlm", "rd", "rpf:neighbours=64", "sbf", "sbf-gradient",
+                                         "wlr"),
                          [](const auto& param) {
                              std::string name = param.param;
                              std::erase_if(name, [](char c) { return std::isalnum(c) == 0; });
@@ -228,7 +253,7 @@ INSTANTIATE_TEST_SUITE_P(Filters, EveryPlanner,
 TEST(Filters, NothingInNothingOut) {
     const Frame frame = FrameFromFilm(MakeFilm(Truth{0, 0}, 4, 1));
     for (const char* name :
-         {"none", "bilateral", "gem", "nlm", "rd", "sbf", "sbf-gradient", "wlr"}) {
+         {"none", "bilateral", "blend", "gem", "nlm", "rd", "sbf", "sbf-gradient", "wlr"}) {
         const Result result = RunDenoiser(*MakeDenoiser(name), frame, CancelToken{});
         EXPECT_TRUE(result.color[0].empty());
         EXPECT_EQ(AssembleLayers(frame, result, nullptr, true).pixel_count(), 0u);
@@ -292,21 +317,30 @@ TEST(Registry, UnknownNamesAreAnsweredWithTheKnownOnes) {
         EXPECT_THAT(MessageOf([&] { (void)MakeDenoiser(std::string("gem:gamma=") + gamma); }),
                     HasSubstr("at most 0.5"));
     }
+    EXPECT_THAT(MessageOf([] { (void)MakeDenoiser("blend:bilateral=0,rd=0,nfor=0"); }),
+                HasSubstr("all weights are 0"));
+    EXPECT_THAT(MessageOf([] { (void)MakeDenoiser("blend:rd=-1"); }), HasSubstr("0 to 1000"));
+    EXPECT_THAT(MessageOf([] { (void)MakeDenoiser("blend:bilateral-without=hue"); }),
+                HasSubstr("albedo"));
+    EXPECT_THAT(MessageOf([] { (void)MakeDenoiser("blend:bilateral=0,bilateral-without=albedo"); }),
+                HasSubstr("needs bilateral above 0"));
     EXPECT_THAT(MessageOf([] { (void)MakeDenoiser("none:x=1"); }), HasSubstr("'x'"));
 }
 
 TEST(Registry, DescribesItselfSoThatItCanBeMadeAgain) {
-    for (const char* text : {"none", "bilateral:mode=robust", "bilateral:mode=corrected",
-                             "bilateral:mode=printed,taylor=3", "gem:gamma=0.3", "nlm", "rd",
-                             "rpf:neighbours=64,variance=0.02", "sbf", "sbf-gradient", "wlr"}) {
+    for (const char* text :
+         {"none", "bilateral:mode=robust", "bilateral:mode=corrected",
+          "bilateral:mode=printed,taylor=3", "blend:bilateral=3,rd=5,nfor=2",
+          "blend:bilateral=1,rd=0,nfor=4,bilateral-without=albedo-depth", "gem:gamma=0.3", "nlm",
+          "rd", "rpf:neighbours=64,variance=0.02", "sbf", "sbf-gradient", "wlr"}) {
         EXPECT_EQ(MakeDenoiser(text)->Describe(), text);
         EXPECT_EQ(MakeDenoiser(MakeDenoiser(text)->Describe())->Describe(), text);
     }
     EXPECT_EQ(MakeDenoiser("bilateral")->Describe(), "bilateral:mode=robust");
     EXPECT_EQ(MakeDenoiser("bilateral:mode=printed")->Describe(),
               "bilateral:mode=printed,taylor=8");
-    for (const char* word : {"none ", "bilateral ", "mode=robust", "taylor=8", "gem ", "gamma=0.2",
-                             "sbf ", "nlm ", "rd ", "wlr ", "sbf-gradient "}) {
+    for (const char* word : {"none ", "bilateral ", "mode=robust", "taylor=8", "blend ", "gem ",
+                             "gamma=0.2", "sbf ", "nlm ", "rd ", "wlr ", "sbf-gradient "}) {
         EXPECT_THAT(DescribeDenoisers(), HasSubstr(word));
     }
 }

@@ -54,6 +54,18 @@ void ForWindow(const Frame& frame, int x, int y, int radius, const Fn& fn) {
     }
 }
 
+// For how many pixels the one at (dx, dy) counts: wide windows leave out most of what is far.
+int Stands(int dx, int dy) {
+    const int squared = dx * dx + dy * dy;
+    if (4 * squared > 33 * 33) {
+        return 0;
+    }
+    if (4 * squared > 27 * 27) {
+        return dx % 2 == 0 && dy % 2 == 0 ? 4 : 0;
+    }
+    return 4 * squared <= 21 * 21 ? 1 : (dx + dy) % 2 == 0 ? 2 : 0;
+}
+
 double Grey(const Frame& frame, int x, int y) {
     const auto i = static_cast<std::size_t>(std::clamp(y, 0, frame.height - 1) * frame.width +
                                             std::clamp(x, 0, frame.width - 1));
@@ -123,10 +135,6 @@ ReferenceResult ReferenceRobust(const Frame& frame, double sigma_s, bool ranged)
             const auto i = static_cast<std::size_t>(p);
             double weights = 0, sum[3] = {};
             ForWindow(frame, x, y, radius, [&](std::size_t j, int dx, int dy) {
-                const bool far = std::max(std::abs(dx), std::abs(dy)) > 11;
-                if (far && (dx + dy) % 2 != 0) {
-                    return;
-                }
                 double range = 0;
                 for (int c = 0; c < 3; ++c) {
                     const double vi = noise[c][i], vj = noise[c][j];
@@ -134,7 +142,7 @@ ReferenceResult ReferenceRobust(const Frame& frame, double sigma_s, bool ranged)
                              (3 * (2 * 1.5 * (vi + vj) + 1e-10));
                 }
                 const double w =
-                    (far ? 2 : 1) *
+                    Stands(dx, dy) *
                     std::exp(-(dx * dx + dy * dy) / (2 * sigma_s * sigma_s) -
                              FeatureExponent(frame, i, j) - (ranged ? std::max(range, 0.0) : 0.0));
                 weights += w;
@@ -160,9 +168,10 @@ ReferenceResult ReferenceCorrected(const Frame& frame, double sigma_s) {
             ForWindow(frame, x, y, radius, [&](std::size_t j, int dx, int dy) {
                 const double e =
                     (dx * dx + dy * dy) / (2 * sigma_s * sigma_s) + FeatureExponent(frame, i, j);
-                weights += std::exp(-e);
+                const double w = Stands(dx, dy) * std::exp(-e);
+                weights += w;
                 for (int c = 0; c < 3; ++c) {
-                    sum[c] += std::exp(-e) * frame.color[c][j];
+                    sum[c] += w * frame.color[c][j];
                 }
             });
             double sure = 0;

@@ -163,6 +163,13 @@ TEST(Metrics, ABadPixelInBothImagesCountsTwiceAndIsBlack) {
     EXPECT_EQ(error.mrse, 0);
 }
 
+TEST(Metrics, NegativePixelsOfTheTestImageAreCounted) {
+    Image reference(4, 1, {"R", "G", "B"}), test(4, 1, {"R", "G", "B"});
+    reference.Plane("R")[0] = -1;
+    test.Plane("R")[1] = test.Plane("B")[1] = test.Plane("G")[3] = -1e-20f;
+    EXPECT_EQ(CompareImages(reference, test).negative, 2);
+}
+
 TEST(Metrics, ReadTheLayersAskedFor) {
     Image image(1, 1, {"R", "G", "B", "noisy.R", "noisy.G", "noisy.B"});
     image.Plane("noisy.R")[0] = 1;

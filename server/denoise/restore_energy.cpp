@@ -1,0 +1,76 @@
+#include "server/denoise/restore_energy.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace relume::denoise {
+namespace {
+
+constexpr double kMost = 0.1;
+
+class Restored final : public Denoiser {
+  public:
+    explicit Restored(std::unique_ptr<Denoiser> denoiser) : denoiser_(std::move(denoiser)) {}
+
+    std::string Describe() const override {
+        const std::string name = denoiser_->Describe();
+        return name + (name.find(':') == std::string::npos ? ":" : ",") + "energy=restore";
+    }
+    Needs GetNeeds() const override { return denoiser_->GetNeeds(); }
+    std::optional<Choice> Choose(const Frame& frame, const CancelToken& cancel) const override {
+        return denoiser_->Choose(frame, cancel);
+    }
+    Plane PlanSamples(const Frame& frame, double samples,
+                      const CancelToken& cancel) const override {
+        return denoiser_->PlanSamples(frame, samples, cancel);
+    }
+
+    Result Reconstruct(const Frame& frame, const CancelToken& cancel) const override {
+        Result result = denoiser_->Reconstruct(frame, cancel);
+        double filtered = 0, lost = 0, variance = 0;
+        for (std::size_t c = 0; c < 3; ++c) {
+            for (std::size_t i = 0; i < frame.pixel_count(); ++i) {
+                const double value = result.color[c][i], noise = frame.variance[c][i];
+                if (std::isfinite(value) && std::isfinite(noise)) {
+                    filtered += value;
+                    lost += frame.color[c][i] - value;
+                    variance += noise;
+                }
+            }
+        }
+        // Channels of a sample go together: 3 V is the variance of their sum.
+        variance *= 3;
+        const double sure = lost != 0 ? std::max(0.0, 1 - variance / (lost * lost)) : 0.0;
+        const double share = filtered > 0 ? std::clamp(sure * lost / filtered, -kMost, kMost) : 0.0;
+        if (share != 0) {
+            const auto gain = static_cast<float>(1 + share);
+            for (Plane& plane : result.color) {
+                for (float& value : plane) {
+                    value *= gain;
+                }
+            }
+            if (result.error) {
+                for (float& error : *result.error) {
+                    error *= gain * gain;
+                }
+            }
+            result.derivative.reset();
+        }
+        result.notes["energy"] = fmt::format("{:+.2f} %", 100 * share);
+        return result;
+    }
+
+  private:
+    std::unique_ptr<Denoiser> denoiser_;
+};
+
+}  // namespace
+
+std::unique_ptr<Denoiser> RestoreEnergy(std::unique_ptr<Denoiser> denoiser) {
+    return std::make_unique<Restored>(std::move(denoiser));
+}
+
+}  // namespace relume::denoise

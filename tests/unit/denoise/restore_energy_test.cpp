@@ -1,0 +1,98 @@
+// The light that a filter lost, given back as far as the samples are sure of it.
+#include "server/denoise/restore_energy.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/denoise/synthetic.h"
+
+namespace relume::denoise {
+namespace {
+
+double LightOf(const Plane (&image)[3]) {
+    double sum = 0;
+    for (const Plane& plane : image) {
+        for (const float value : plane) {
+            sum += value;
+        }
+    }
+    return sum;
+}
+
+// Makes every pixel `factor` times as bright.
+class Dimmer final : public Denoiser {
+  public:
+    explicit Dimmer(float factor) : factor_(factor) {}
+    std::string Describe() const override { return "dimmer"; }
+    Result Reconstruct(const Frame& frame, const CancelToken&) const override {
+        Result result;
+        result.error.emplace(frame.pixel_count(), 1.0f);
+        for (std::size_t c = 0; c < 3; ++c) {
+            result.color[c] = frame.color[c];
+            for (float& value : result.color[c]) {
+                value *= factor_;
+            }
+        }
+        return result;
+    }
+
+  private:
+    float factor_;
+};
+
+Result Restore(float factor, const Frame& frame) {
+    return RunDenoiser(*RestoreEnergy(std::make_unique<Dimmer>(factor)), frame, CancelToken());
+}
+
+TEST(RestoreEnergy, GivesBackWhatIsSure) {
+    const Frame frame = FrameFromFilm(MakeFilm({120, 80}, 8, 3));
+    for (const float factor : {0.92f, 0.95f, 1.1f}) {
+        const Result result = Restore(factor, frame);
+        EXPECT_NEAR(LightOf(result.color) / LightOf(frame.color), 1, 0.01) << factor;
+        EXPECT_NEAR((*result.error)[7], 1 / (factor * factor), 0.03);
+    }
+}
+
+TEST(RestoreEnergy, AtMostATenth) {
+    const Frame frame = FrameFromFilm(MakeFilm({120, 80}, 8, 3));
+    EXPECT_NEAR(LightOf(Restore(0.1f, frame).color) / LightOf(frame.color), 0.11, 1e-3);
+}
+
+TEST(RestoreEnergy, LeavesWhatMayBeNoise) {
+    const Frame frame = FrameFromFilm(MakeFilm({30, 20}, 4, 3));
+    // Relative deviation of the light: 1 / sqrt(4 * 600), some 2 %.
+    const Result result = Restore(0.985f, frame);
+    EXPECT_EQ(result.color[1][5], 0.985f * frame.color[1][5]);
+    EXPECT_EQ(result.notes.at("energy"), "+0.00 %");
+}
+
+TEST(RestoreEnergy, AFireflyProvesNothing) {
+    const auto hook = [](int x, int y, int index, PixelSample* sample) {
+        if (y == 7 && x == 20 && index == 2) {
+            sample->radiance = {1e5f, 1e5f, 1e5f};
+        }
+    };
+    const Frame clean = FrameFromFilm(MakeFilm({120, 80}, 8, 3));
+    const Frame frame = FrameFromFilm(MakeFilm({120, 80}, 8, 3, hook));
+    // A filter that keeps nothing of them.
+    class Clean final : public Denoiser {
+      public:
+        explicit Clean(const Frame& frame) : frame_(frame) {}
+        std::string Describe() const override { return "clean"; }
+        Result Reconstruct(const Frame&, const CancelToken&) const override {
+            Result result;
+            for (std::size_t c = 0; c < 3; ++c) {
+                result.color[c] = frame_.color[c];
+            }
+            return result;
+        }
+
+      private:
+        const Frame& frame_;
+    };
+    const Result result =
+        RunDenoiser(*RestoreEnergy(std::make_unique<Clean>(clean)), frame, CancelToken());
+    EXPECT_NEAR(LightOf(result.color) / LightOf(clean.color), 1, 0.01);
+}
+
+}  // namespace
+}  // namespace relume::denoise

@@ -1,0 +1,140 @@
+// Filters tried on held-out samples, and the weights of their mean.
+#include "server/denoise/trial.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "server/denoise/denoiser.h"
+#include "tests/unit/denoise/synthetic.h"
+
+namespace relume::denoise {
+namespace {
+
+double MeanOf(const Judge::Errors& errors) {
+    double mean = 0;
+    for (const double e : errors) {
+        mean += e / static_cast<double>(errors.size());
+    }
+    return mean;
+}
+
+// What a filter would make of the truth whose errors are independent from half to half, of
+// standard deviations `shared`, the same in all runs of the same `seed`, and `own`.
+Trial::Run MakeRun(const Trial& trial, const Truth& truth, float shared, float own, unsigned run) {
+    Trial::Run out;
+    std::mt19937 common(1), single(100 + run);
+    for (const Trial::Window& window : trial.windows()) {
+        FilteredHalves& halves = out.windows.emplace_back();
+        const int width = window.part.frame.width;
+        for (auto& half : halves.color) {
+            for (std::size_t c = 0; c < 3; ++c) {
+                half[c].resize(window.part.frame.pixel_count());
+                for (std::size_t i = 0; i < half[c].size(); ++i) {
+                    const int x = static_cast<int>(i) % width, y = static_cast<int>(i) / width;
+                    half[c][i] = truth.Color(x, y)[static_cast<int>(c)] +
+                                 shared * static_cast<float>(Normal(&common)) +
+                                 own * static_cast<float>(Normal(&single));
+                }
+            }
+        }
+    }
+    return out;
+}
+
+class Judges : public testing::Test {
+  protected:
+    // One window: of that size the frame is tried whole.
+    Truth truth_{192, 160};
+    Frame frame_ = FrameFromFilm(MakeFilm(truth_, 16, 11));
+    Trial trial_{frame_};
+};
+
+TEST_F(Judges, EstimateTheErrorThatThereIs) {
+    const auto robust = MakeDenoiser("bilateral:mode=robust");
+    const Trial::Run run = trial_.Filter(*robust, CancelToken());
+    const Trial::Run* const runs[] = {&run};
+    const Judge judge(trial_, runs);
+    const Result result = RunDenoiser(*robust, frame_, CancelToken());
+    const auto relmse = [&](const Plane(&image)[3]) {
+        double sum = 0;
+        for (int y = 0; y < truth_.height; ++y) {
+            for (int x = 0; x < truth_.width; ++x) {
+                for (int c = 0; c < 3; ++c) {
+                    const double r = truth_.Color(x, y)[c];
+                    const double d = image[c][static_cast<std::size_t>(y * truth_.width + x)] - r;
+                    sum += d * d / (r * r + 0.01) / 3;
+                }
+            }
+        }
+        return sum / (truth_.width * truth_.height);
+    };
+    const Judge::Errors errors = judge.Of(run), noisy = judge.OfNone();
+    EXPECT_NEAR(MeanOf(errors) / relmse(result.color), 1, 0.35);
+    EXPECT_NEAR(MeanOf(noisy) / relmse(frame_.color), 1, 0.1);
+    const Judge::Difference difference = Judge::Compare(noisy, errors);
+    EXPECT_GT(difference.mean, 3 * difference.error);
+    EXPECT_FALSE(difference.Holds(1));
+    EXPECT_TRUE(Judge::Compare(errors, errors).Holds(0));
+}
+
+TEST_F(Judges, WeighBySmallErrorsAndEquallyWhereThatTellsNothing) {
+    const Trial::Run fine = MakeRun(trial_, truth_, 0, 0.06f, 1);
+    const Trial::Run coarse = MakeRun(trial_, truth_, 0, 0.12f, 2);
+    const Trial::Run third = MakeRun(trial_, truth_, 0, 0.06f, 3);
+    {
+        const Trial::Run* const runs[] = {&fine, &coarse};
+        const Judge judge(trial_, runs);
+        const Judge::Mean mean = judge.BestMean(runs);
+        EXPECT_NEAR(mean.weights[0], 8, 1);  // weights go by 1 / variance
+        EXPECT_EQ(mean.weights[0] + mean.weights[1], 10);
+        EXPECT_LT(Judge::Compare(mean.errors, judge.Of(fine)).mean, 0);
+    }
+    {
+        const Trial::Run* const runs[] = {&fine, &third, &fine};
+        const Judge judge(trial_, runs);
+        // 1/4, 1/2, 1/4 would be best, if only by a ninth of what one alone has.
+        const Judge::Mean mean = judge.BestMean(runs);
+        EXPECT_GE(mean.weights[1], mean.weights[0]);
+    }
+    {
+        const Trial::Run* const runs[] = {&fine, &third};
+        const Judge::Mean mean = Judge(trial_, runs).BestMean(runs);
+        EXPECT_NEAR(static_cast<double>(mean.weights[0]) / (mean.weights[0] + mean.weights[1]), 0.5,
+                    0.11);
+    }
+}
+
+TEST_F(Judges, ErrorsThatGoTogetherGainNothing) {
+    const Trial::Run one = MakeRun(trial_, truth_, 0.03f, 0, 1);
+    const Trial::Run other = MakeRun(trial_, truth_, 0.03f, 0, 2);
+    const Trial::Run* const runs[] = {&one, &other};
+    const Judge judge(trial_, runs);
+    const Judge::Mean mean = judge.BestMean(runs);
+    EXPECT_EQ(mean.weights, (std::vector<int>{1, 1}));
+    EXPECT_NEAR(MeanOf(mean.errors) / MeanOf(judge.Of(one)), 1, 1e-3);
+}
+
+TEST(Judge, OneBlockDoesNotDecide) {
+    Judge::Errors a(100, 0.01), b(100, 0.011);
+    a[17] = 50;
+    const Judge::Difference difference = Judge::Compare(a, b);
+    EXPECT_LT(difference.mean, 0);
+    EXPECT_TRUE(difference.Holds(1));
+}
+
+TEST(Judge, WhatCantBeToldApartHoldsUnlessItSeemsToCostTooMuch) {
+    Judge::Errors a(100, 0.01), b(100, 0.01);
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        a[i] += i % 2 == 0 ? 0.021 : -0.019;  // worse by a tenth, give or take a fifth
+    }
+    const Judge::Difference difference = Judge::Compare(a, b);
+    EXPECT_NEAR(difference.mean, 0.001, 1e-9);
+    EXPECT_NEAR(difference.error, 0.002, 1e-4);
+    EXPECT_TRUE(difference.Holds(0.2));
+    EXPECT_FALSE(difference.Holds(0.05));
+}
+
+}  // namespace
+}  // namespace relume::denoise
