@@ -8,7 +8,7 @@
 
 namespace relume::denoise {
 
-// The filter, its inner loop by a kernel of one's choice.
-std::unique_ptr<Denoiser> MakeRpf(const ParamSet& params, RpfKernel kernel);
+// The filter, its inner loops by kernels of one's choice.
+std::unique_ptr<Denoiser> MakeRpf(const ParamSet& params, const RpfKernels& kernels);
 
 }  // namespace relume::denoise

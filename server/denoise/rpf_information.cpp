@@ -4,12 +4,6 @@
 #include <array>
 
 namespace relume::denoise {
-namespace {
-
-constexpr int kRow = 16;  // bins of a histogram's row, the last six unused
-constexpr int kCells = 10 * kRow;
-
-}  // namespace
 
 std::vector<double> EntropyTerms(std::size_t most) {
     std::vector<double> terms(most + 1, 0.0);
@@ -28,47 +22,65 @@ std::vector<double> EntropyTerms(std::size_t most) {
     return terms;
 }
 
-void RoundedColumn::Round(const float* values, std::size_t count,
-                          const std::vector<double>& entropy_terms) {
-    bins.resize(count);
-    for (std::size_t j = 0; j < count; ++j) {
-        const float value = std::min(std::max(values[j], -5.0f), 4.0f);
-        bins[j] = static_cast<std::uint8_t>(value + 5.5f);
-    }
-    std::array<std::uint32_t, kRow> counts{};
-    for (const std::uint8_t bin : bins) {
-        ++counts[bin];
-    }
-    terms = 0;
-    for (const std::uint32_t n : counts) {
-        terms += entropy_terms[n];
+void RoundedColumn::Set(float* values, std::size_t count, float mean, float scale,
+                        const std::vector<double>& entropy_terms, const RpfKernels& kernels) {
+    constexpr std::uint8_t kNone = 255;
+    const std::size_t padded = (count + kRpfBlock - 1) / kRpfBlock * kRpfBlock;
+    const std::size_t words = (count + kRpfWord - 1) / kRpfWord;
+    bins_.resize(std::max(bins_.size(), words * kRpfWord));
+    masks_.resize(std::max(masks_.size(), words * kRpfBins));
+    kernels.normalise(values, static_cast<int>(padded), mean, scale, bins_.data());
+    std::fill(bins_.begin() + static_cast<std::ptrdiff_t>(count),
+              bins_.begin() + static_cast<std::ptrdiff_t>(words * kRpfWord), kNone);
+    std::array<std::uint32_t, kRpfBins> counts;
+    kernels.make_masks(bins_.data(), static_cast<int>(words), masks_.data(), counts.data());
+    count_ = count;
+    words_ = static_cast<int>(words);
+    occupied_ = 0;
+    terms_ = 0;
+    for (std::size_t bin = 0; bin < kRpfBins; ++bin) {
+        if (counts[bin] > 0) {
+            const auto at = static_cast<std::size_t>(occupied_++);
+            mask_[at] = masks_.data() + bin * words;
+            in_bin_[at] = counts[bin];
+            terms_ += entropy_terms[counts[bin]];
+            if (at > 0 && in_bin_[at] < in_bin_[at - 1]) {
+                std::swap(in_bin_[at], in_bin_[at - 1]);
+                std::swap(mask_[at], mask_[at - 1]);
+            }
+        }
     }
 }
 
-// I = sum n_ab / N log(n_ab N / (n_a n_b)).
+// I = sum n_ab / N log(n_ab N / (n_a n_b)). The fullest bins' counts follow from the others.
 double MutualInformation(const RoundedColumn& a, const RoundedColumn& b,
-                         const std::vector<double>& entropy_terms) {
-    // Four at once: samples in a row often fall into one cell, whose count would be waited for.
-    std::array<std::array<std::uint32_t, kCells>, 4> counts{};
-    const std::size_t size = a.bins.size();
-    const std::uint8_t *row = a.bins.data(), *column = b.bins.data();
-    std::size_t j = 0;
-    for (; j + 4 <= size; j += 4) {
-        ++counts[0][static_cast<std::size_t>(row[j] * kRow + column[j])];
-        ++counts[1][static_cast<std::size_t>(row[j + 1] * kRow + column[j + 1])];
-        ++counts[2][static_cast<std::size_t>(row[j + 2] * kRow + column[j + 2])];
-        ++counts[3][static_cast<std::size_t>(row[j + 3] * kRow + column[j + 3])];
+                         const std::vector<double>& entropy_terms, const RpfKernels& kernels) {
+    const int rows = a.occupied_ - 1, columns = b.occupied_ - 1;
+    if (rows < 1 || columns < 1) {
+        return 0;
     }
-    for (; j < size; ++j) {
-        ++counts[0][static_cast<std::size_t>(row[j] * kRow + column[j])];
-    }
+    std::array<std::uint32_t, kRpfBins * kRpfBins> both;
+    kernels.count_both(a.mask_.data(), rows, b.mask_.data(), columns, a.words_, both.data());
     double joint = 0;
-    for (std::size_t cell = 0; cell < kCells; ++cell) {
-        joint +=
-            entropy_terms[counts[0][cell] + counts[1][cell] + counts[2][cell] + counts[3][cell]];
+    std::array<std::uint32_t, kRpfBins> left = b.in_bin_;
+    std::uint32_t corner = a.in_bin_[static_cast<std::size_t>(rows)];
+    for (int i = 0; i < rows; ++i) {
+        std::uint32_t rest = a.in_bin_[static_cast<std::size_t>(i)];
+        for (int j = 0; j < columns; ++j) {
+            const std::uint32_t n = both[static_cast<std::size_t>(i * columns + j)];
+            rest -= n;
+            left[static_cast<std::size_t>(j)] -= n;
+            joint += entropy_terms[n];
+        }
+        joint += entropy_terms[rest];
     }
-    return std::max(0.0, joint - a.terms - b.terms + entropy_terms[size]) /
-           static_cast<double>(std::max<std::size_t>(size, 1));
+    for (int j = 0; j < columns; ++j) {
+        corner -= left[static_cast<std::size_t>(j)];
+        joint += entropy_terms[left[static_cast<std::size_t>(j)]];
+    }
+    joint += entropy_terms[corner];
+    return std::max(0.0, joint - a.terms_ - b.terms_ + entropy_terms[a.count_]) /
+           static_cast<double>(a.count_);
 }
 
 }  // namespace relume::denoise

@@ -3,6 +3,6 @@
 
 namespace relume::denoise {
 
-const RpfKernel kRpfAvx2 = Weigh;
+const RpfKernels kRpfAvx2 = {Alike, Sum, SumSquares, Normalise, MakeMasks, CountBoth, Weigh};
 
 }  // namespace relume::denoise

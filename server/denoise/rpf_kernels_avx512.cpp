@@ -3,6 +3,6 @@
 
 namespace relume::denoise {
 
-const RpfKernel kRpfAvx512 = Weigh;
+const RpfKernels kRpfAvx512 = {Alike, Sum, SumSquares, Normalise, MakeMasks, CountBoth, Weigh};
 
 }  // namespace relume::denoise

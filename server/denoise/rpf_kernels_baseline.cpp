@@ -3,6 +3,6 @@
 
 namespace relume::denoise {
 
-const RpfKernel kRpfBaseline = Weigh;
+const RpfKernels kRpfBaseline = {Alike, Sum, SumSquares, Normalise, MakeMasks, CountBoth, Weigh};
 
 }  // namespace relume::denoise

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <span>
 
 #include "core/base/parallel.h"
 #include "server/denoise/cancelled.h"
@@ -11,12 +13,10 @@
 namespace relume::denoise {
 namespace {
 
-constexpr int kTile = 16;             // pixels a side: neighbours that are drawn stay in the cache
-constexpr std::size_t kFirstHit = 9;  // columns of features: position, normal, albedo
-constexpr float kNear = 0.1f;         // of a feature: differences that never matter
+constexpr int kTile = 16;           // pixels a side: neighbours that are drawn stay in the cache
+constexpr std::size_t kBatch = 64;  // neighbours that are fetched at once
+constexpr std::size_t kPositions = 3;
 constexpr float kFarPosition = 30, kFar = 3;  // deviations
-// Features that vary less are constant but for rounding.
-constexpr double kFeatureFloor = 1e-4;
 
 std::uint64_t Mix(std::uint64_t x) {
     // The finaliser of SplitMix64 (Steele, Lea, Flood 2014).
@@ -54,49 +54,37 @@ class Offsets {
     std::array<int, kSize> table_;
 };
 
-// Mean and spread of the first hits of a pixel's own samples, and who is like them.
+// First hits like those of a pixel's own samples: at most `reach` from their mean. What comes after
+// the first hit in a row may be anything.
 struct FirstHits {
-    std::array<float, kFirstHit> mean{}, reach{};  // deviations from the mean that are too far
-
-    bool Includes(const std::array<float, kRpfColumnCount>& sample) const {
-        for (std::size_t f = 0; f < kFirstHit; ++f) {
-            if (std::abs(sample[kRpfFeature + f] - mean[f]) > reach[f]) {
-                return false;
-            }
-        }
-        return true;
-    }
+    std::array<float, kRpfBlock> mean{}, reach;
 };
 
 class Pass {
   public:
-    Pass(const RpfSamples& samples, const std::vector<Rgb>& colors, const RpfPass& pass,
-         const std::vector<double>& entropy_terms, RpfKernel kernel)
+    Pass(const RpfSamples& samples, const RpfPass& pass, const std::vector<double>& entropy_terms,
+         const RpfKernels& kernels)
         : samples_(samples),
-          colors_(colors),
           pass_(pass),
           entropy_terms_(entropy_terms),
-          kernel_(kernel),
-          offsets_(pass.box) {
-        floors_.fill(0);
-        std::fill_n(floors_.begin() + kRpfFeature, kRpfRandom - kRpfFeature, kFeatureFloor);
-    }
+          kernels_(kernels),
+          offsets_(pass.box) {}
 
-    void FilterPixel(int x, int y, RpfNeighbourhood* near, std::vector<Rgb>* out) const {
-        const std::size_t pixel = Index(x, y);
-        const std::size_t own = samples_.CountOf(pixel), first = samples_.first[pixel];
+    void FilterPixel(int x, int y, const RpfRows& around, RpfNeighbourhood* near,
+                     std::vector<Rgb>* out) const {
+        const std::size_t own = around.Of(x, y).size();
+        const std::size_t first = samples_.first[samples_.Index(x, y)];
         if (own == 0) {
             return;
         }
         const std::size_t asked = RpfNeighbours(pass_, own);
-        near->Clear(own);
-        near->Reserve(own + asked);
-        Gather(x, y, own, asked, near);
-        near->Normalise(floors_);
+        near->Clear(own + asked);
+        Gather(x, y, asked, around, near);
+        near->Normalise(entropy_terms_);
         near->FindWeights(pass_.number, 8 * pass_.variance / static_cast<double>(own),
                           entropy_terms_);
         for (std::size_t i = 0; i < own; ++i) {
-            const auto color = near->Filter(i, kernel_);
+            const auto color = near->Filter(i);
             (*out)[first + i] = {color[0], color[1], color[2]};
         }
         if (pass_.spread_spikes) {
@@ -105,81 +93,75 @@ class Pass {
     }
 
   private:
-    std::size_t Index(int x, int y) const {
-        return static_cast<std::size_t>(y) * static_cast<std::size_t>(samples_.width) +
-               static_cast<std::size_t>(x);
-    }
-
-    // A sample's columns; (dx, dy): of its pixel from the one that is filtered. What is not to be
-    // looked at is 0.
-    std::array<float, kRpfColumnCount> Read(std::size_t sample, int dx, int dy) const {
-        const SampleRecord& record = *samples_.records[sample];
-        const Rgb& color = colors_[sample];
-        std::array<float, kRpfColumnCount> out{};
-        for (int c = 0; c < 3; ++c) {
-            out[kRpfColor + static_cast<std::size_t>(c)] = color[c];
-        }
-        for (std::size_t hit = 0; hit < 2; ++hit) {
-            float* to = out.data() + kRpfFeature + hit * kFirstHit;
-            for (int c = 0; c < 3; ++c) {
-                to[c] = samples_.use_position
-                            ? record.hits[hit].position[c] * (kNear / samples_.position_unit)
-                            : 0;
-                to[3 + c] = samples_.use_normal ? record.hits[hit].normal[c] : 0;
-                to[6 + c] = samples_.use_albedo ? record.hits[hit].albedo[c] : 0;
+    FirstHits LikeOwn(std::span<const RpfRow> own) const {
+        FirstHits like;
+        like.reach.fill(std::numeric_limits<float>::infinity());
+        for (std::size_t f = 0; f < kRpfHit; ++f) {
+            if (std::isinf(pass_.near[f])) {
+                continue;
             }
+            const auto n = static_cast<double>(own.size());
+            double sum = 0, squares = 0;
+            for (const RpfRow& row : own) {
+                sum += row.values[kRpfRowHit + f];
+            }
+            const double mean = sum / n;
+            for (const RpfRow& row : own) {
+                squares += (row.values[f] - mean) * (row.values[f] - mean);
+            }
+            const auto deviation = static_cast<float>(std::sqrt(squares / n));
+            const float reach = deviation * (f < kPositions ? kFarPosition : kFar);
+            like.mean[f] = static_cast<float>(mean);
+            like.reach[f] = deviation > pass_.near[f] ? reach : std::max(reach, pass_.near[f]);
         }
-        std::copy_n(record.random, 5, out.begin() + kRpfRandom);
-        out[kRpfScreen] = static_cast<float>(dx) + record.x;
-        out[kRpfScreen + 1] = static_cast<float>(dy) + record.y;
-        return out;
+        return like;
     }
 
     // The pixel's own samples, then of those drawn the ones whose first hit is like theirs.
-    void Gather(int x, int y, std::size_t own, std::size_t asked, RpfNeighbourhood* near) const {
-        const std::size_t first = samples_.first[Index(x, y)];
-        std::array<double, kFirstHit> sum{}, squares{};
-        for (std::size_t i = 0; i < own; ++i) {
-            const auto sample = Read(first + i, 0, 0);
-            for (std::size_t f = 0; f < kFirstHit; ++f) {
-                sum[f] += sample[kRpfFeature + f];
-            }
-            near->Add(sample);
+    void Gather(int x, int y, std::size_t asked, const RpfRows& around,
+                RpfNeighbourhood* near) const {
+        const auto own = around.Of(x, y);
+        for (const RpfRow& row : own) {
+            near->Add(row, 0, 0);
         }
-        FirstHits hits;
-        const auto n = static_cast<double>(own);
-        for (std::size_t i = 0; i < own; ++i) {
-            const auto sample = Read(first + i, 0, 0);
-            for (std::size_t f = 0; f < kFirstHit; ++f) {
-                const double d = sample[kRpfFeature + f] - sum[f] / n;
-                squares[f] += d * d;
-            }
-        }
-        for (std::size_t f = 0; f < kFirstHit; ++f) {
-            const auto deviation = static_cast<float>(std::sqrt(squares[f] / n));
-            const float reach = deviation * (f < 3 ? kFarPosition : kFar);
-            hits.mean[f] = static_cast<float>(sum[f] / n);
-            hits.reach[f] = deviation > kNear ? reach : std::max(reach, kNear);
-        }
+        const FirstHits like = LikeOwn(own);
         std::uint64_t key = Mix(static_cast<std::uint64_t>(x) + 1);
         key = Mix(key + static_cast<std::uint64_t>(y) + 1);
         key = Mix(key + static_cast<std::uint64_t>(pass_.number) + 1);
-        for (std::size_t k = 0; k < asked; ++k) {
-            const std::uint64_t bits = Mix(key + k * 0x9e3779b97f4a7c15u);
-            const int dx = offsets_[bits], dy = offsets_[bits >> Offsets::kBits];
-            const int u = x + dx, v = y + dy;
-            if ((dx == 0 && dy == 0) || u < 0 || v < 0 || u >= samples_.width ||
-                v >= samples_.height) {
-                continue;
+        struct Offset {
+            float x, y;
+        };
+        std::array<Offset, kBatch> offsets;
+        std::array<const RpfRow*, kBatch> drawn;
+        std::array<const float*, kBatch> hits;
+        std::array<std::uint8_t, kBatch> alike;
+        for (std::size_t begin = 0; begin < asked; begin += kBatch) {
+            std::size_t count = 0;
+            for (std::size_t k = begin; k < std::min(begin + kBatch, asked); ++k) {
+                const std::uint64_t bits = Mix(key + k * 0x9e3779b97f4a7c15u);
+                const int dx = offsets_[bits], dy = offsets_[bits >> Offsets::kBits];
+                const int u = x + dx, v = y + dy;
+                if ((dx == 0 && dy == 0) || u < 0 || v < 0 || u >= samples_.width ||
+                    v >= samples_.height) {
+                    continue;
+                }
+                const auto there = around.Of(u, v);
+                if (there.empty()) {
+                    continue;
+                }
+                const RpfRow& row = there[((bits >> 32) * there.size()) >> 32];
+                __builtin_prefetch(row.values.data());
+                __builtin_prefetch(row.values.data() + kRpfBlock);
+                drawn[count] = &row;
+                hits[count] = row.values.data();
+                offsets[count++] = {static_cast<float>(dx), static_cast<float>(dy)};
             }
-            const std::size_t pixel = Index(u, v);
-            const std::uint64_t pick = ((bits >> 32) * samples_.CountOf(pixel)) >> 32;
-            if (samples_.CountOf(pixel) == 0) {
-                continue;
-            }
-            const auto sample = Read(samples_.first[pixel] + pick, dx, dy);
-            if (hits.Includes(sample)) {
-                near->Add(sample);
+            kernels_.alike(hits.data(), static_cast<int>(count), like.mean.data(),
+                           like.reach.data(), alike.data());
+            for (std::size_t k = 0; k < count; ++k) {
+                if (alike[k] != 0) {
+                    near->Add(*drawn[k], offsets[k].x, offsets[k].y);
+                }
             }
         }
     }
@@ -224,38 +206,43 @@ class Pass {
     }
 
     const RpfSamples& samples_;
-    const std::vector<Rgb>& colors_;
     const RpfPass& pass_;
     const std::vector<double>& entropy_terms_;
-    RpfKernel kernel_;
+    const RpfKernels& kernels_;
     Offsets offsets_;
-    std::array<double, kRpfColumnCount> floors_;
 };
 
 }  // namespace
 
 std::size_t RpfNeighbours(const RpfPass& pass, std::size_t samples) {
-    const double asked = pass.neighbours * 0.5 * pass.box * pass.box * static_cast<double>(samples);
-    return std::min(static_cast<std::size_t>(asked), kMostRpfNeighbours);
+    const auto box = static_cast<std::size_t>(pass.box);
+    return std::min(box * box * samples / 2, pass.most);
 }
 
 std::vector<Rgb> FilterSamples(const RpfSamples& samples, const std::vector<Rgb>& colors,
                                const RpfPass& pass, const std::vector<double>& entropy_terms,
-                               RpfKernel kernel, const CancelToken& cancel) {
+                               const RpfKernels& kernels, const CancelToken& cancel) {
     std::vector<Rgb> out(colors.size());
-    const Pass body(samples, colors, pass, entropy_terms, kernel);
+    const Pass body(samples, pass, entropy_terms, kernels);
+    const int radius = pass.box / 2;
     const int across = (samples.width + kTile - 1) / kTile;
     const int down = (samples.height + kTile - 1) / kTile;
     ParallelFor(0, static_cast<std::size_t>(across * down), 1,
                 [&](std::size_t begin, std::size_t end) {
-                    RpfNeighbourhood near;
+                    RpfRows around;
+                    RpfNeighbourhood near(pass.sources, kernels);
                     for (std::size_t tile = begin; tile < end; ++tile) {
                         const int x0 = static_cast<int>(tile) % across * kTile;
                         const int y0 = static_cast<int>(tile) / across * kTile;
-                        for (int y = y0; y < std::min(y0 + kTile, samples.height); ++y) {
-                            for (int x = x0; x < std::min(x0 + kTile, samples.width); ++x) {
+                        const int x1 = std::min(x0 + kTile, samples.width);
+                        const int y1 = std::min(y0 + kTile, samples.height);
+                        around.Copy(samples, colors, std::max(x0 - radius, 0),
+                                    std::max(y0 - radius, 0), std::min(x1 + radius, samples.width),
+                                    std::min(y1 + radius, samples.height));
+                        for (int y = y0; y < y1; ++y) {
+                            for (int x = x0; x < x1; ++x) {
                                 ThrowIfCancelled(cancel);
-                                body.FilterPixel(x, y, &near, &out);
+                                body.FilterPixel(x, y, around, &near, &out);
                             }
                         }
                     }

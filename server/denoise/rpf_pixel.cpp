@@ -8,75 +8,76 @@ namespace {
 
 constexpr double kEpsilon = 1e-10;
 constexpr float kOutside = 1e6f;
-constexpr std::size_t kLanes = 8;
 
-// Sum of term(j) over [0, count), by partial sums in a fixed order that vectors of any width can
-// take.
-template <class Term>
-double Sum(std::size_t count, const Term& term) {
-    std::array<double, kLanes> partial{};
-    std::size_t j = 0;
-    for (; j + kLanes <= count; j += kLanes) {
-        for (std::size_t k = 0; k < kLanes; ++k) {
-            partial[k] += term(j + k);
-        }
-    }
-    for (; j < count; ++j) {
-        partial[j % kLanes] += term(j);
-    }
+std::size_t Padded(std::size_t count) { return (count + kRpfBlock - 1) / kRpfBlock * kRpfBlock; }
+
+double AddUp(const float* partial) {
     double sum = 0;
-    for (const double p : partial) {
-        sum += p;
+    for (int k = 0; k < kRpfBlock; ++k) {
+        sum += partial[k];
     }
     return sum;
 }
 
-std::size_t Padded(std::size_t count) { return (count + kRpfBlock - 1) / kRpfBlock * kRpfBlock; }
-
 }  // namespace
 
-void RpfNeighbourhood::Reserve(std::size_t samples) {
-    if (columns_[0].size() < Padded(samples)) {
-        for (auto& column : columns_) {
-            column.resize(Padded(samples));
-        }
+RpfNeighbourhood::RpfNeighbourhood(const std::vector<RpfSource>& sources, const RpfKernels& kernels)
+    : kernels_(kernels), used_(sources) {
+    for (std::size_t c = kRpfScreen; c < kRpfColumnCount; ++c) {
+        used_.push_back({c, 0, 0});
+    }
+    copies_.resize(sources.size());
+}
+
+void RpfNeighbourhood::Clear(std::size_t room) {
+    count_ = 0;
+    if (outside_.size() >= Padded(room)) {
+        return;
+    }
+    outside_.resize(Padded(room));
+    for (const RpfSource& source : used_) {
+        columns_[source.column].resize(Padded(room));
+    }
+    for (std::size_t k = 0; k < copies_.size(); ++k) {
+        copies_[k] = {columns_[used_[k].column].data(), used_[k].from};
     }
 }
 
-void RpfNeighbourhood::Normalise(const std::array<double, kRpfColumnCount>& floors) {
+void RpfNeighbourhood::Normalise(const std::vector<double>& entropy_terms) {
     const std::size_t padded = Padded(count_);
     const auto n = static_cast<double>(count_);
-    for (std::size_t c = 0; c < kRpfColumnCount; ++c) {
+    std::array<float, kRpfBlock> partial;
+    for (const auto& [c, from, floor] : used_) {
         float* values = columns_[c].data();
-        const double mean = Sum(count_, [&](std::size_t j) { return values[j]; }) / n;
-        const double squares = Sum(count_, [&](std::size_t j) {
-            const double d = values[j] - mean;
-            return d * d;
-        });
-        const double deviation = std::sqrt(squares / n);
-        mean_[c] = mean;
-        varies_[c] = deviation > floors[c] && deviation > 1e-6 * std::abs(mean);
-        deviation_[c] = varies_[c] ? deviation : 0;
-        const double scale = varies_[c] ? 1 / deviation : 0;
-        for (std::size_t j = 0; j < count_; ++j) {
-            values[j] = static_cast<float>((values[j] - mean) * scale);
+        // Of distances to one of them, which are small where a mean may be large. What pads the
+        // column counts for nothing.
+        const float base = values[0];
+        std::fill(values + count_, values + padded, base);
+        kernels_.sum(values, static_cast<int>(padded), base, partial.data());
+        const double mean = base + AddUp(partial.data()) / n;
+        mean_[c] = static_cast<float>(mean);
+        std::fill(values + count_, values + padded, mean_[c]);
+        kernels_.sum_squares(values, static_cast<int>(padded), mean_[c], partial.data());
+        const double deviation = std::sqrt(AddUp(partial.data()) / n);
+        varies_[c] = std::isfinite(deviation) && deviation > static_cast<double>(floor) &&
+                     deviation > 1e-6 * std::abs(mean);
+        deviation_[c] = varies_[c] ? static_cast<float>(deviation) : 0;
+        const float scale = varies_[c] ? static_cast<float>(1 / deviation) : 0;
+        if (varies_[c] || c < kRpfFeature) {
+            rounded_[c].Set(values, count_, mean_[c], scale, entropy_terms, kernels_);
         }
-        std::fill(values + count_, values + padded, 0.0f);
     }
-    outside_.assign(padded, 0.0f);
-    std::fill(outside_.begin() + static_cast<std::ptrdiff_t>(count_), outside_.end(), kOutside);
+    std::fill(outside_.begin(), outside_.begin() + static_cast<std::ptrdiff_t>(count_), 0.0f);
+    std::fill(outside_.begin() + static_cast<std::ptrdiff_t>(count_),
+              outside_.begin() + static_cast<std::ptrdiff_t>(padded), kOutside);
 }
 
 void RpfNeighbourhood::FindWeights(int t, double variance,
                                    const std::vector<double>& entropy_terms) {
-    for (std::size_t c = 0; c < kRpfColumnCount; ++c) {
-        if (varies_[c]) {
-            rounded_[c].Round(columns_[c].data(), count_, entropy_terms);
-        }
-    }
     const auto information = [&](std::size_t a, std::size_t b) {
-        return varies_[a] && varies_[b] ? MutualInformation(rounded_[a], rounded_[b], entropy_terms)
-                                        : 0.0;
+        return varies_[a] && varies_[b]
+                   ? MutualInformation(rounded_[a], rounded_[b], entropy_terms, kernels_)
+                   : 0.0;
     };
     const auto with_all = [&](std::size_t column, std::size_t begin, std::size_t end) {
         double sum = 0;
@@ -94,7 +95,7 @@ void RpfNeighbourhood::FindWeights(int t, double variance,
         const double random = with_all(kRpfColor + c, kRpfRandom, kRpfScreen);
         const double screen = with_all(kRpfColor + c, kRpfScreen, kRpfColumnCount);
         const double w = random / (random + screen + kEpsilon);
-        alpha[c] = std::max(0.0, 1 - shrink * w);
+        alpha[c] = std::max(0.0, 1 - 2 * shrink * w);
         random_and_screen += random + screen;
         share += varies_[kRpfColor + c] ? w : 0;
         varying += varies_[kRpfColor + c] ? 1 : 0;
@@ -135,9 +136,9 @@ void RpfNeighbourhood::FindWeights(int t, double variance,
     }
 }
 
-std::array<float, 3> RpfNeighbourhood::Filter(std::size_t i, RpfKernel kernel) const {
+std::array<float, 3> RpfNeighbourhood::Filter(std::size_t i) const {
     RpfColumns columns;
-    columns.count = static_cast<int>(outside_.size());
+    columns.count = static_cast<int>(Padded(count_));
     columns.outside = outside_.data();
     columns.compared = compared_.data();
     columns.coefficients = coefficients_.data();
@@ -146,7 +147,7 @@ std::array<float, 3> RpfNeighbourhood::Filter(std::size_t i, RpfKernel kernel) c
         columns.color[c] = columns_[kRpfColor + c].data();
     }
     std::array<float, 4 * kRpfBlock> partial;
-    kernel(columns, static_cast<int>(i), partial.data());
+    kernels_.weigh(columns, static_cast<int>(i), partial.data());
     std::array<double, 4> sums{};
     for (std::size_t k = 0; k < sums.size(); ++k) {
         for (std::size_t j = 0; j < kRpfBlock; ++j) {

@@ -5,6 +5,7 @@
 
 #include "server/denoise/rpf_information.h"
 #include "server/denoise/rpf_kernels.h"
+#include "server/denoise/rpf_rows.h"
 
 namespace relume::denoise {
 
@@ -17,26 +18,35 @@ enum RpfColumn : std::size_t {
     kRpfColumnCount = kRpfScreen + 2,
 };
 
+// What a column may hold: one of a row's floats; and what that has to deviate by to be more than a
+// constant with rounding.
+struct RpfSource {
+    std::size_t column;
+    std::size_t from;
+    float floor;
+};
+
 // The samples that one pixel is filtered by, its own ones first. Scratch of one thread.
 class RpfNeighbourhood {
   public:
-    void Clear(std::size_t own) {
-        own_ = own;
-        count_ = 0;
-    }
-    // Room for so many samples.
-    void Reserve(std::size_t samples);
-    void Add(const std::array<float, kRpfColumnCount>& sample) {
-        for (std::size_t c = 0; c < kRpfColumnCount; ++c) {
-            columns_[c][count_] = sample[c];
+    RpfNeighbourhood(const std::vector<RpfSource>& sources, const RpfKernels& kernels);
+
+    // Empties it; room for so many samples.
+    void Clear(std::size_t room);
+    // A sample of the pixel (x, y) away.
+    void Add(const RpfRow& row, float x, float y) {
+        for (const auto& [to, from] : copies_) {
+            to[count_] = row.values[from];
         }
+        columns_[kRpfScreen][count_] = x + row.values[kRpfRowPlace];
+        columns_[kRpfScreen + 1][count_] = y + row.values[kRpfRowPlace + 1];
         ++count_;
     }
     std::size_t count() const { return count_; }
 
-    // Brings all columns to mean 0 and deviation 1; those that vary by less than `floors` are
-    // constant: 0 everywhere, and of no say.
-    void Normalise(const std::array<double, kRpfColumnCount>& floors);
+    // Brings all columns to mean 0 and deviation 1; those that vary by less than their floors are
+    // of no say.
+    void Normalise(const std::vector<double>& entropy_terms);
 
     // What the colours depend on, by mutual information (methods 2.5, steps 4 and 5): the columns'
     // coefficients in a weight's exponent. `t`: number of the pass; `variance`: of normalised
@@ -44,12 +54,20 @@ class RpfNeighbourhood {
     void FindWeights(int t, double variance, const std::vector<double>& entropy_terms);
 
     // The filtered colour of own sample i. FindWeights comes first.
-    std::array<float, 3> Filter(std::size_t i, RpfKernel kernel) const;
+    std::array<float, 3> Filter(std::size_t i) const;
 
   private:
-    std::size_t own_ = 0, count_ = 0;
+    struct Copy {
+        float* to;
+        std::size_t from;
+    };
+
+    const RpfKernels& kernels_;
+    std::size_t count_ = 0;
+    std::vector<RpfSource> used_;  // columns, those of the place last
+    std::vector<Copy> copies_;
     std::array<std::vector<float>, kRpfColumnCount> columns_;
-    std::array<double, kRpfColumnCount> mean_{}, deviation_{};
+    std::array<float, kRpfColumnCount> mean_{}, deviation_{};
     std::array<bool, kRpfColumnCount> varies_{};
     std::array<RoundedColumn, kRpfColumnCount> rounded_;
     std::vector<float> outside_;

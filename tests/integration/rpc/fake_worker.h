@@ -8,6 +8,7 @@
 #include <memory>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "proto/codec/codec.h"
 #include "proto/codec/protocol.h"
@@ -24,6 +25,7 @@ struct FakeWorkerOptions {
     std::uint32_t credits = 3;
     int die_after = -1;   // results; then the connection breaks with leases in hand
     int wrong_until = 0;  // so many results are wrong
+    int short_until = 0;  // so many results come with a sample too few, of those that are kept
     std::string problem;  // says this of every job instead of rendering
     bool hold = false;    // takes leases and never answers
 };
@@ -96,6 +98,9 @@ class FakeWorker {
                     context_.TryCancel();
                     break;
                 }
+                if (message.lease().keep_samples()) {
+                    stream->Write(Samples(message.lease(), results < options_.short_until));
+                }
                 stream->Write(Render(message.lease(), results < options_.wrong_until));
                 ++results;
             } else if (message.has_revoke()) {
@@ -126,6 +131,26 @@ class FakeWorker {
         result->set_rays(tile.rays);
         result->set_seconds(tile.seconds);
         result->set_epoch(lease.epoch());
+        return message;
+    }
+
+    static v1::WorkRequest Samples(const v1::Lease& lease, bool one_less) {
+        const TileTask task = codec::TaskFromLease(lease);
+        std::vector<SampleRecord> records;
+        for (std::uint32_t i = 0; i < task.count.size(); ++i) {
+            const auto at = static_cast<int>(i);
+            for (std::uint32_t s = 0; s < task.count[i]; ++s) {
+                const PixelSample sample =
+                    PseudoSample(task.rect.x0 + at % task.rect.width(),
+                                 task.rect.y0 + at / task.rect.width(), task.first[i] + s);
+                records.push_back(IsFinite(sample.radiance) ? SampleRecord{} : SampleRecord::Bad());
+            }
+        }
+        v1::WorkRequest message;
+        message.mutable_samples()->set_lease_id(lease.id());
+        message.mutable_samples()->set_data(
+            reinterpret_cast<const char*>(records.data()),
+            (records.size() - (one_less ? 1 : 0)) * sizeof(SampleRecord));
         return message;
     }
 

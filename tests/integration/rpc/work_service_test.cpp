@@ -102,6 +102,24 @@ TEST_F(WorkServiceTest, AWrongResultIsNotTakenAndItsWorkerNamed) {
     EXPECT_EQ(done.leases_reissued(), 1u);
 }
 
+TEST_F(WorkServiceTest, AResultWithoutAllSamplesIsNotTakenAndItsWorkerNamed) {
+    v1::JobSpec spec = Spec();
+    spec.set_filter("rpf:neighbours=64");
+    spec.set_keep_samples(true);
+    std::string digest;
+    {
+        const auto worker = StartWorker();
+        digest = Digest(spec);
+    }
+    const v1::Job job = MustCreate(spec);
+    const auto odd = StartWorker({.name = "odd", .short_until = 1});
+    const v1::Job done = WaitForEnd(job.name());
+    EXPECT_EQ(done.image_sha256(), digest);
+    EXPECT_THAT(done.notes(), Contains(testing::AllOf(HasSubstr("worker odd: wrong result"),
+                                                      HasSubstr("samples"), HasSubstr("are due"))));
+    EXPECT_EQ(done.leases_reissued(), 1u);
+}
+
 TEST_F(WorkServiceTest, ASceneThatDoesNotLoadEndsTheJobWithTheWorkersWords) {
     const auto worker = StartWorker({.problem = "scene.gltf: byte 0:\nnot glTF"});
     const v1::Job job = WaitForEnd(MustCreate(Spec()).name());

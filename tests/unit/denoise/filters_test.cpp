@@ -128,7 +128,7 @@ int HaloOf(std::string_view filter) {
         // smoothed; the last fit.
         {"nfor", 10 + 3 + 9 + 9 + 2 * (1 + 9) + 3 + 9 + 9},
         // Neighbours of four passes in boxes of 55, 35, 17, 7.
-        {"rpf:neighbours=few", 27 + 17 + 8 + 3},
+        {"rpf:neighbours=64", 27 + 17 + 8 + 3},
         {"sbf-gradient", 10 + 2 + 1 + 16 + 16},
         // Window; bandwidths smoothed.
         {"wlr", 10 + 9 + 3},
@@ -210,7 +210,7 @@ INSTANTIATE_TEST_SUITE_P(Filters, EveryFilter,
                          testing::Values("none", "bilateral:mode=robust",
                                          "bilateral:mode=corrected", "bilateral:mode=printed",
                                          "bilateral:mode=printed,taylor=0", "blend", "gem", "nfor",
-                                         "nlm", "rd", "rpf:neighbours=few", "sbf", "sbf-gradient",
+                                         "nlm", "rd", "rpf:neighbours=64", "sbf", "sbf-gradient",
                                          "wlr"),
                          [](const auto& param) {
                              std::string name = param.param;
@@ -332,7 +332,7 @@ TEST(Registry, DescribesItselfSoThatItCanBeMadeAgain) {
          {"none", "bilateral:mode=robust", "bilateral:mode=corrected",
           "bilateral:mode=printed,taylor=3", "blend:bilateral=3,rd=5,nfor=2",
           "blend:bilateral=1,rd=0,nfor=4,bilateral-without=albedo-depth", "gem:gamma=0.3", "nlm",
-          "rd", "rpf:neighbours=few,variance=0.02", "sbf", "sbf-gradient", "wlr"}) {
+          "rd", "rpf:neighbours=64,variance=0.02", "sbf", "sbf-gradient", "wlr"}) {
         EXPECT_EQ(MakeDenoiser(text)->Describe(), text);
         EXPECT_EQ(MakeDenoiser(MakeDenoiser(text)->Describe())->Describe(), text);
     }
