@@ -31,6 +31,11 @@ class Endpoint::Collector final : public prometheus::Collectable {
 
 Endpoint::Endpoint(const std::string& address, std::function<std::optional<FarmStatus>()> ask)
     : collector_(std::make_shared<Collector>(std::move(ask))) {
+    if (address.rfind('[', 0) == 0) {
+        // Debian builds civetweb without it.
+        ThrowInvalidArgument(
+            fmt::format("--metrics {}: the page has no IPv6; give an IPv4 address", address));
+    }
     try {
         exposer_ = std::make_unique<prometheus::Exposer>(
             std::vector<std::string>{"listening_ports", address, "num_threads", kThreads,

@@ -17,7 +17,8 @@ namespace relume::metrics {
 class Endpoint {
   public:
     // `address`: "HOST:PORT", port 0: any free one. `ask` is called on another thread for each
-    // scrape, from now until this object dies. Throws kUnavailable if it can't listen there.
+    // scrape, from now until this object dies, which takes up to two seconds. Throws kUnavailable
+    // if it can't listen there, kInvalidArgument for IPv6.
     Endpoint(const std::string& address, std::function<std::optional<FarmStatus>()> ask);
     ~Endpoint();
 

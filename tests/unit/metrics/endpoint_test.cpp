@@ -54,6 +54,16 @@ TEST(Endpoint, APortThatIsTakenIsSaid) {
     }
 }
 
+TEST(Endpoint, RefusesIPv6WithAReason) {
+    try {
+        const Endpoint endpoint("[::1]:0", [] { return FarmStatus(); });
+        FAIL() << "civetweb has learned IPv6";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ErrorCode::kInvalidArgument);
+        EXPECT_THAT(error.what(), testing::HasSubstr("IPv4"));
+    }
+}
+
 TEST(Endpoint, TakesHostsByName) {
     const Endpoint named("localhost:0", [] { return FarmStatus(); });
     EXPECT_EQ(Scrape(named.port()).At("relume_coordinator_responding"), 1);
