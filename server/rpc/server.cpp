@@ -27,7 +27,15 @@ constexpr milliseconds kGoodbyeTime{500};  // then calls are cut off
 }  // namespace
 
 Server::Server(const ServerOptions& options)
-    : address_(options.listen), coordinator_(options.coordinator) {
+    : address_(options.listen),
+      metrics_address_(options.metrics),
+      coordinator_(options.coordinator) {
+    if (metrics_address_) {
+        metrics_ = std::make_unique<metrics::Endpoint>(ToString(*metrics_address_),
+                                                       [this] { return coordinator_.AskStatus(); });
+        metrics_address_->port = metrics_->port();
+        spdlog::info("metrics on http://{}/metrics", ToString(*metrics_address_));
+    }
     grpc::EnableDefaultHealthCheckService(true);
     grpc::reflection::InitProtoReflectionServerBuilderPlugin();
     grpc::ServerBuilder builder;
@@ -63,6 +71,8 @@ Server::~Server() {
         return;
     }
     server_->GetHealthCheckService()->Shutdown();
+    // Its HTTP server takes two seconds to end.
+    const auto closing = std::async(std::launch::async, [this] { metrics_.reset(); });
     coordinator_.control().Post([this] { coordinator_.StopStreams(); });
     const auto give_up = std::chrono::steady_clock::now() + kDrainTime;
     for (std::size_t workers = 1; workers > 0 && std::chrono::steady_clock::now() < give_up;) {

@@ -3,8 +3,10 @@
 #include <grpcpp/server.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 
+#include "server/metrics/endpoint.h"
 #include "server/rpc/blob_service.h"
 #include "server/rpc/coordinator.h"
 #include "server/rpc/job_service.h"
@@ -16,6 +18,7 @@ namespace relume::server {
 struct ServerOptions {
     ListenAddress listen{"127.0.0.1", 0};
     CoordinatorOptions coordinator;
+    std::optional<ListenAddress> metrics;  // for Prometheus, by HTTP; none: nowhere
 };
 
 // A coordinator that listens: its services, health and reflection. Without TLS.
@@ -29,13 +32,16 @@ class Server {
 
     // With the port that was chosen.
     const ListenAddress& address() const { return address_; }
+    const std::optional<ListenAddress>& metrics_address() const { return metrics_address_; }
 
   private:
     ListenAddress address_;
+    std::optional<ListenAddress> metrics_address_;
     Coordinator coordinator_;
     JobService jobs_{&coordinator_};
     BlobService blobs_{&coordinator_};
     WorkService work_{&coordinator_};
+    std::unique_ptr<metrics::Endpoint> metrics_;
     std::unique_ptr<grpc::Server> server_;
 };
 
