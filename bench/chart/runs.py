@@ -1,4 +1,4 @@
-"""Renders, filters and compares by relume's commands, each once: what is in the store is not run again.
+"""Renders, filters and compares by relume's commands: what is in the store is not run again.
 
     with Runs("build/bench", Programs("build/ci/bin")) as runs:
         truth = runs.reference(view, spp=1024)
@@ -30,7 +30,8 @@ from .store import Store
 
 REFERENCE_SEED = 1_000_003  # no study's own
 OTHERS_FAULT = {4, 6, 130, 143}  # exit codes of relume
-FORMAT = 3  # of records; another number, other keys
+FORMAT = 4  # of records; another number, other keys
+QUICK, REPEATS = 1.0, 3  # what takes less processor time runs so often, and the least counts
 
 
 def _children_cpu():
@@ -88,8 +89,13 @@ class Runs:
             raise BenchError(f"no film to filter: {film['failed']}")
         idle = self.denoise(film, "none")["process"] if filter_ != "none" else None
         out = self.store.path(key, f".{os.getpid()}.new.exr")
-        code, said, process = self._timed(["denoise", film["image"], "-o", out, "--filter", filter_, "--threads",
-                                           str(self.threads)])
+        for attempt in range(REPEATS):
+            code, said, taken = self._timed(["denoise", film["image"], "-o", out, "--filter", filter_, "--threads",
+                                             str(self.threads)])
+            if attempt == 0 or taken["cpu"] < process["cpu"]:
+                process = taken
+            if code != 0 or taken["cpu"] >= QUICK:
+                break
         failed = self._failure(code, said)
         record = {"kind": "denoise", "filter": filter_, "film": film["key"], "failed": failed, "image": None,
                   "process": process, "said": said, "threads": self.threads,
@@ -148,6 +154,17 @@ class Runs:
         return self.scenes[at]
 
     def _render(self, key, view, arguments, floor_of_halves=False, **record):
+        """Quick ones run several times, for the least time: the image is the same."""
+        best = self._render_once(key, view, arguments, floor_of_halves, **record)
+        for _ in range(REPEATS - 1):
+            if best["failed"] or best["seconds"]["cpu"] >= QUICK:
+                break
+            again = self._render_once(key, view, arguments, floor_of_halves, **record)
+            if not again["failed"] and again["seconds"]["cpu"] < best["seconds"]["cpu"]:
+                best = again
+        return self._put(key, best)
+
+    def _render_once(self, key, view, arguments, floor_of_halves, **record):
         out, report = self.store.path(key, f".{os.getpid()}.new.exr"), self.store.path(key, f".{os.getpid()}.report")
         farm = self._warm(view)
         storing, before = self.storing.get(view, 0.0), farm.server_cpu()
@@ -176,7 +193,7 @@ class Runs:
             for path in (out, report):
                 if os.path.exists(path):
                     os.remove(path)
-        return self._put(key, record)
+        return record
 
     def _floor(self, image):
         """(A - B)^2 / 4 = (A - mean)^2 is the error of the mean of two halves that are independent."""
