@@ -46,8 +46,10 @@ int main(int argc, char** argv) {
     relume::server::ServerOptions options;
     relume::TlsFiles tls;
     std::string join_token;
-    std::string listen = "127.0.0.1:7878", data = DefaultData().string(), log_level = "info";
-    bool insecure = false, log_json = false, describe_samplers = false;
+    std::string listen = "127.0.0.1:7878", data = DefaultData().string(), log_level = "info",
+                log_format = "text", metrics;
+    bool insecure = false, describe_samplers = false;
+    relume::LogFormat format = relume::LogFormat::kText;
     int threads = 0;
 
     int with_parent = 0;  // 1, or the pid of the parent
@@ -71,6 +73,9 @@ int main(int argc, char** argv) {
     app.add_option("--join-token", join_token,
                    "secret that workers must show, too: a file with one line")
         ->type_name("FILE");
+    app.add_option(
+        "--metrics", metrics,
+        "HOST:PORT of a page for Prometheus, by plain HTTP; port 0 = any free one [none]");
     app.add_flag("--insecure", insecure,
                  "listen beyond this machine although nothing is encrypted");
     app.add_option("--threads", threads, "threads for planning and filtering; 0 = one a core")
@@ -78,7 +83,8 @@ int main(int argc, char** argv) {
         ->check(CLI::Range(0, 1024));
     app.add_option("--log-level", log_level, "trace, debug, info, warn, error or off")
         ->capture_default_str();
-    app.add_flag("--log-json", log_json, "log lines as JSON objects");
+    app.add_option("--log-format", log_format, "text, or json: a JSON object a line")
+        ->capture_default_str();
     app.add_flag("--with-parent", with_parent,
                  "stop with the process that started this one; =PID: and at once, if that is not "
                  "its parent");
@@ -103,7 +109,8 @@ int main(int argc, char** argv) {
     mallopt(M_MMAP_THRESHOLD, 32 << 20);
     mallopt(M_TRIM_THRESHOLD, 128 << 20);
     try {
-        relume::InitLogging("relume-server", log_level, log_json);
+        format = relume::ParseLogFormat(log_format);
+        relume::InitLogging("relume-server", log_level, format);
         // What gRPC has to say is for its developers; what goes wrong is said by us.
         gpr_set_log_function(
             [](gpr_log_func_args* args) { relume::server::LogGrpcMessage(args->message); });
@@ -126,6 +133,15 @@ int main(int argc, char** argv) {
         if (options.tls.enabled() && options.tls.ca.empty()) {
             spdlog::warn("without --tls-ca everybody who reaches this server may use it");
         }
+        if (!metrics.empty()) {
+            options.metrics = relume::server::ParseListenAddress(metrics);
+            if (!insecure && !relume::server::IsLoopback(*options.metrics)) {
+                relume::ThrowInvalidArgument(
+                    fmt::format("--metrics {}: others could read it and nothing is encrypted; add "
+                                "--insecure if the network is trusted",
+                                metrics));
+            }
+        }
         options.coordinator.data = data;
         const relume::server::Server server(options);
         fmt::print("relume-server listening on {}\n", relume::server::ToString(server.address()));
@@ -134,7 +150,7 @@ int main(int argc, char** argv) {
         const int signal = stop.get_future().get();
         spdlog::info("stops: signal {}", signal);
     } catch (const std::exception& error) {
-        fmt::print(stderr, "relume-server: {}\n", error.what());
+        relume::LogFatal("relume-server", error.what(), format);
         return 1;
     }
     return 0;

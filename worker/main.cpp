@@ -52,8 +52,8 @@ int main(int argc, char** argv) {
     relume::TlsFiles tls;
     std::string join_token;
     std::string cache = DefaultCache().string();
-    std::string log_level = "info";
-    bool log_json = false;
+    std::string log_level = "info", log_format = "text";
+    relume::LogFormat format = relume::LogFormat::kText;
 
     int with_parent = 0;  // 1, or the pid of the parent
 
@@ -87,7 +87,8 @@ int main(int argc, char** argv) {
         ->default_str("8G");
     app.add_option("--log-level", log_level, "trace, debug, info, warn, error or off")
         ->capture_default_str();
-    app.add_flag("--log-json", log_json, "log lines as JSON objects");
+    app.add_option("--log-format", log_format, "text, or json: a JSON object a line")
+        ->capture_default_str();
     app.add_flag(
         "--with-parent", with_parent,
         "die with the process that started this one; =PID: and at once, if that is not its parent");
@@ -106,7 +107,9 @@ int main(int argc, char** argv) {
     mallopt(M_MMAP_THRESHOLD, 1 << 20);
     mallopt(M_TRIM_THRESHOLD, 128 << 20);
     try {
-        relume::InitLogging("relume-worker", log_level, log_json);
+        format = relume::ParseLogFormat(log_format);
+        relume::InitLogging("relume-worker", log_level, format);
+        relume::SetLogWorker(options.name);
         // What gRPC has to say is for its developers; what goes wrong is said by us.
         gpr_set_log_function(
             [](gpr_log_func_args* args) { spdlog::debug("gRPC: {}", args->message); });
@@ -154,7 +157,7 @@ int main(int argc, char** argv) {
             std::_Exit(0);
         }
     } catch (const std::exception& error) {
-        fmt::print(stderr, "relume-worker: {}\n", error.what());
+        relume::LogFatal("relume-worker", error.what(), format);
         return 1;
     }
     return 0;

@@ -108,7 +108,7 @@ int RunCommandLine(int argc, char** argv, Interrupts* interrupts) {
         app.parse(argc, argv);
         for (std::size_t i = 0; i < runners.size(); ++i) {
             if (app.got_subcommand(kCommands[i].name)) {
-                InitLogging("relume", "warn", false);
+                InitLogging("relume", "warn", LogFormat::kText);
                 // What gRPC has to say is for its developers; what goes wrong is said by us.
                 gpr_set_log_function([](gpr_log_func_args*) {});
                 return Finish(runners[i](interrupts));

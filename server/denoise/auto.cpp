@@ -7,8 +7,8 @@
 // of the least so far. Then the cheapest candidate is taken whose error is within one standard
 // error of the best one's (Breiman et al. 1984, section 3.4), and within 5 % of it. Below 8 samples
 // a pixel their halves do not tell: all that is affordable is mixed, equally. Light that it loses
-// is given back (restore_energy.h). An image without halves can't be judged: it gets the bilateral
-// filter with all its features.
+// is given back (restore_energy.h). An image without halves, or with halves of one sample, can't be
+// judged: it gets the bilateral filter with all its features.
 //
 //   effort    what it may cost over the bilateral filter alone, the trial included, as a part of
 //             what the image's samples cost, by typical times (kSampleCost): dearer candidates are
@@ -47,6 +47,8 @@ constexpr BlendWeights kMixed[] = {{1, 0, 0}, {0, 0, 1}, {0, 1, 0}, {1, 0, 1},
 constexpr double kEstimateCost = 0.5;
 // Of what the choice may cost, that the search for features without use may.
 constexpr double kFeaturesShare = 0.15;
+// Samples a pixel: with one a half, all filters look worse than they are, and than none.
+constexpr double kFewestToTry = 4;
 // Of the error, that a cheaper candidate, or one with less features, may seem to cost.
 constexpr double kMostLost = 0.05;
 
@@ -123,6 +125,11 @@ class Auto final : public Denoiser {
             return choice;
         }
         const Trial trial(frame);
+        if (trial.samples() > 0 && trial.samples() < kFewestToTry) {
+            choice.denoiser = RestoreEnergy(MakeDenoiser(kBlended[0].filter));
+            choice.reason = "halves of one sample a pixel say nothing of filters";
+            return choice;
+        }
         std::array<Trial::Run, kBlendedCount> runs;
         runs[0] = trial.Filter(*MakeDenoiser(kBlended[0].filter), 2, cancel);
         std::vector<const Trial::Run*> all = {&runs[0]};
@@ -152,30 +159,9 @@ class Auto final : public Denoiser {
         std::vector<Tried> tried = {{"none", judge.OfNone(), 0, {}}};
         std::vector<std::size_t> stands = {0, 1 + dropping.taken};
         std::ranges::move(dropping.tried, std::back_inserter(tried));
-        for (const BlendWeights& mixed : kMixed) {
-            if (mixed == kMixed[0] || spent + CostOf(mixed) > budget) {
-                continue;
-            }
-            const std::vector<const Trial::Run*> parts = Parts(runs, mixed);
-            if (std::ranges::any_of(parts, [](const auto* run) { return run->halves.empty(); })) {
-                continue;  // not tried, as too dear
-            }
-            Tried candidate{"", {}, 0, mixed};
-            for (const Trial::Run* part : parts) {
-                candidate.seconds += part->seconds;
-            }
-            if (parts.size() == 1) {
-                candidate.errors = judge.Of(*parts[0]);
-            } else {
-                Judge::Mean mean = judge.BestMean(parts);
-                candidate.errors = std::move(mean.errors);
-                for (std::size_t k = 0, part = 0; k < kBlendedCount; ++k) {
-                    candidate.weights[k] = mixed[k] > 0 ? mean.weights[part++] : 0;
-                }
-            }
-            candidate.name = BlendName(candidate.weights, dropping.names);
+        for (Tried& mixture : Mixtures(judge, runs, dropping.names, budget - spent)) {
             stands.push_back(tried.size());
-            tried.push_back(std::move(candidate));
+            tried.push_back(std::move(mixture));
         }
         if (!trial.tells()) {
             stands = {0, stands.back()};
@@ -222,6 +208,36 @@ class Auto final : public Denoiser {
             }
         }
         return parts;
+    }
+
+    // Further candidates, made of the runs that there are, cheapest first.
+    static std::vector<Tried> Mixtures(const Judge& judge,
+                                       const std::array<Trial::Run, kBlendedCount>& runs,
+                                       const std::string& without, double budget) {
+        std::vector<Tried> mixtures;
+        for (const BlendWeights& mixed : kMixed) {
+            const std::vector<const Trial::Run*> parts = Parts(runs, mixed);
+            if (mixed == kMixed[0] || CostOf(mixed) > budget ||
+                std::ranges::any_of(parts, [](const auto* run) { return run->halves.empty(); })) {
+                continue;
+            }
+            Tried candidate{"", {}, 0, mixed};
+            for (const Trial::Run* part : parts) {
+                candidate.seconds += part->seconds;
+            }
+            if (parts.size() == 1) {
+                candidate.errors = judge.Of(*parts[0]);
+            } else {
+                Judge::Mean mean = judge.BestMean(parts);
+                candidate.errors = std::move(mean.errors);
+                for (std::size_t k = 0, part = 0; k < kBlendedCount; ++k) {
+                    candidate.weights[k] = mixed[k] > 0 ? mean.weights[part++] : 0;
+                }
+            }
+            candidate.name = BlendName(candidate.weights, without);
+            mixtures.push_back(std::move(candidate));
+        }
+        return mixtures;
     }
 
     static std::unique_ptr<Denoiser> Make(const Tried& tried) {

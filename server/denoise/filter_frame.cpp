@@ -24,8 +24,8 @@ Filtered FilterFrame(const std::string& filter, const Frame& frame, const Cancel
     } else {
         filtered.error = EstimateFiltered(*denoiser, frame, filtered.result, cancel);
     }
-    const bool by_halves = filtered.error && frame.has_halves();
-    if (filtered.choice && by_halves && filtered.error->relmse > filtered.error->unfiltered &&
+    const bool judged = filtered.error && filtered.choice && filtered.choice->base;
+    if (judged && filtered.error->relmse > filtered.error->unfiltered &&
         denoiser->Describe() != "none") {
         denoiser = MakeDenoiser("none");
         filtered.choice->denoiser = denoiser;

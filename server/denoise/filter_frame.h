@@ -20,8 +20,8 @@ struct Filtered {
     double seconds = 0;                  // to choose and to filter, without the estimate
 };
 
-// Chooses, filters and estimates the error. A filter that chooses never makes an image worse than
-// the noisy one by the estimate: that is returned then. Throws as RunDenoiser.
+// Chooses, filters and estimates the error. A filter that was chosen by trial never makes an image
+// worse than the noisy one by the estimate: that is returned then. Throws as RunDenoiser.
 Filtered FilterFrame(const std::string& filter, const Frame& frame, const CancelToken& cancel);
 
 }  // namespace relume::denoise

@@ -50,8 +50,9 @@ Trial::Trial(const Frame& frame) {
         window.noise = VarianceByHalves(window.part.frame);
         windows_.push_back(std::move(window));
     }
-    for (const float n : frame.count) {
-        samples_ += n / static_cast<double>(frame.pixel_count());
+    if (!frame.count.empty()) {
+        samples_ = std::accumulate(frame.count.begin(), frame.count.end(), 0.0) /
+                   static_cast<double>(frame.pixel_count());
     }
     whole_over_part_ =
         part > 0 ? static_cast<double>(frame.pixel_count()) / static_cast<double>(part) : 1;

@@ -12,7 +12,8 @@
 namespace relume::jobs {
 namespace {
 
-constexpr std::uint32_t kProbe = 2;  // samples a pixel, by which the speed is measured
+constexpr std::uint32_t kProbe = 2;              // samples a pixel, by which the speed is measured
+constexpr std::uint64_t kFewestToForecast = 16;  // samples a pixel of the whole job
 
 std::uint64_t Sum(std::span<const std::uint32_t> counts) {
     return std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
@@ -100,8 +101,12 @@ BudgetedPlanner::Pass BudgetedPlanner::NextPass(const Input& input) {
             }
         }
         // A part of the first pass is too little to be judged. Without a target one estimate does,
-        // for the forecast: each costs time, if there is a filter its run.
-        const bool wanted = budgets_.target || !estimators_.error || errors_.empty();
+        // for the forecast: each costs time, if there is a filter its run. A job that is soon over
+        // needs none.
+        const bool soon_over =
+            budgets_.samples && *budgets_.samples < kFewestToForecast * state.pixels;
+        const bool wanted =
+            budgets_.target || !estimators_.error || (errors_.empty() && !soon_over);
         if (wanted && rest_.empty() && View() != FilmView::kNothing) {
             const double before = input.seconds();
             errors_.push_back({state.planned, ErrorWhenAllIsIn(input)});

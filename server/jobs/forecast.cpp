@@ -104,6 +104,16 @@ std::vector<ForecastPoint> Forecast(const ForecastInput& input) {
     return curve;
 }
 
+std::optional<double> SamplesLeft(const ForecastInput& input) {
+    const double end = SamplesAtEnd(input, FitExponent(input.errors, input.filtered));
+    double left = std::max(0.0, end - static_cast<double>(input.done));
+    if (input.budgets.seconds && input.speed.mean > 0) {
+        const double time = *input.budgets.seconds - input.seconds - input.finish_seconds;
+        left = std::min(left, std::max(0.0, time) * input.speed.mean);
+    }
+    return left == kNever ? std::nullopt : std::optional(left);
+}
+
 std::optional<Eta> EstimateEta(const ForecastInput& input) {
     const Exponent p = FitExponent(input.errors, input.filtered);
     Eta eta;

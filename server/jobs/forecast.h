@@ -35,6 +35,10 @@ struct ForecastPoint {
 // times. Empty before there is an estimate or a speed.
 std::vector<ForecastPoint> Forecast(const ForecastInput& input);
 
+// Samples that are still to be rendered, as far as is known now. Nothing as long as no budget
+// tells.
+std::optional<double> SamplesLeft(const ForecastInput& input);
+
 // Seconds from now to the result. The interval comes from the speeds measured and from how well the
 // errors so far lie on one curve.
 struct Eta {

@@ -84,6 +84,7 @@ std::uint64_t Job::SamplesAwaited() const {
 void Job::AddLease(std::size_t unit, LeaseId lease, TimePoint now) {
     if (!first_lease_) {
         first_lease_ = pass_start_ = now;
+        info_.wait_seconds = ToSeconds(now - info_.created);
     }
     Unit& lent = At(unit);
     ++info_.leases_issued;
@@ -117,6 +118,7 @@ void Job::Accept(std::size_t unit, const std::string& worker, TileResult result,
     share.samples += samples;
     share.leases += 1;
     share.busy_seconds += result.seconds;
+    info_.busy_seconds += result.seconds;
     info_.render_seconds = ToSeconds(now - first_lease_.value_or(now));
     pending_.erase(unit);
     open.pass->Accept(Local(unit), std::move(result));
@@ -291,6 +293,26 @@ double Job::SamplesPerSecond() const {
                : static_cast<double>(info_.samples_done) / info_.render_seconds;
 }
 
+ForecastInput Job::Prospects(TimePoint now) const {
+    ForecastInput input;
+    input.budgets = setup_.budgets;
+    if (stop_) {
+        input.budgets.samples = samples_planned_;
+    }
+    input.pixels = setup_.window.area();
+    input.done = info_.samples_done;
+    input.seconds = ToSeconds(now - info_.created);
+    input.speed = speed_.Get();
+    input.finish_seconds = info_.finish_seconds_predicted;
+    input.errors = errors_;
+    input.filtered = setup_.estimators.filtered;
+    return input;
+}
+
+std::optional<double> Job::SamplesLeft(TimePoint now) const {
+    return active() ? jobs::SamplesLeft(Prospects(now)) : 0;
+}
+
 // What is to be expected from now on.
 void Job::Expect(TimePoint now) {
     info_.updated = now;
@@ -306,18 +328,7 @@ void Job::Expect(TimePoint now) {
     if (info_.state != JobState::kRendering) {
         return;
     }
-    ForecastInput input;
-    input.budgets = setup_.budgets;
-    if (stop_) {
-        input.budgets.samples = samples_planned_;
-    }
-    input.pixels = setup_.window.area();
-    input.done = info_.samples_done;
-    input.seconds = ToSeconds(now - info_.created);
-    input.speed = speed_.Get();
-    input.finish_seconds = info_.finish_seconds_predicted;
-    input.errors = errors_;
-    input.filtered = setup_.estimators.filtered;
+    const ForecastInput input = Prospects(now);
     info_.eta = EstimateEta(input);
     if (input.speed.mean > 0 && !errors_.empty()) {
         info_.forecast = Forecast(input);

@@ -86,6 +86,15 @@ class Job {
     // first.
     std::uint64_t SamplesAwaited() const;
 
+    // Units that wait to be lent.
+    std::size_t units_waiting() const { return pending_.size(); }
+    // Pixels that get samples in the newest pass; 0 when no pass is open.
+    std::uint64_t active_pixels() const {
+        return open_.empty() ? 0 : open_.back().pass->active_pixels();
+    }
+    // Samples that are still to be rendered, as of the forecast; nothing if no budget tells.
+    std::optional<double> SamplesLeft(TimePoint now) const;
+
     // Records a lease on the unit and counts it.
     void AddLease(std::size_t unit, LeaseId lease, TimePoint now);
     void DropLease(std::size_t unit, LeaseId lease) { At(unit).leases.erase(lease); }
@@ -150,6 +159,7 @@ class Job {
     void EndPass(TimePoint now);
     bool MayPlan() const;
     void NoteError(const PlanResult& result);
+    ForecastInput Prospects(TimePoint now) const;
     void Expect(TimePoint now);
     // Measured, else over all the time that it has rendered; 0: nothing is known.
     double SamplesPerSecond() const;

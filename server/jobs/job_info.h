@@ -81,8 +81,10 @@ struct JobInfo {
     std::uint64_t leases_issued = 0, leases_reissued = 0, results_duplicate = 0;
     TimePoint created;
     std::optional<TimePoint> ended;
-    double render_seconds = 0;       // first lease to last result
-    double plan_seconds = 0;         // of all plans
+    std::optional<double> wait_seconds;  // from its making to its first lease
+    double busy_seconds = 0;             // thread time of all workers
+    double render_seconds = 0;           // first lease to last result
+    double plan_seconds = 0;             // of all plans
     double plan_filter_seconds = 0;  // of these, in the filter: guides and estimates of the error
     double merge_seconds = 0;        // to read, check and merge all results
     std::vector<std::string> notes;

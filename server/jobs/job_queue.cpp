@@ -8,7 +8,7 @@
 #include "core/base/error.h"
 #include "core/base/log.h"
 
-// Jobs and workers. Leases: job_queue_leases.cpp.
+// Jobs and workers. Leases: job_queue_leases.cpp; what is seen from outside: queue_status.cpp.
 namespace relume::jobs {
 namespace {
 
@@ -82,6 +82,7 @@ std::vector<std::string> JobQueue::ForgetOverJobs(std::size_t keep) {
             continue;
         }
         const std::string name = it->second->info().name;
+        forgotten_.Add(it->second->info());
         active_.erase(it->first);
         it = by_number_.erase(it);
         for (auto& [id, worker] : workers_) {
@@ -231,6 +232,7 @@ void JobQueue::Problem(WorkerId id, const std::string& name, const std::string& 
     }
     Worker& worker = workers_.at(id);
     const std::string said = fmt::format("worker {}: {}", worker.info.name, message);
+    const LogScope scope({.job = name, .worker = worker.info.name});
     spdlog::warn("{}: {}", name, said);
     Involvement& involvement = worker.jobs[name];
     const std::uint64_t done = it->second->info().samples_done;

@@ -13,6 +13,7 @@
 #include "core/film/tile.h"
 #include "server/jobs/job.h"
 #include "server/jobs/lease_policy.h"
+#include "server/jobs/queue_status.h"
 
 namespace relume::jobs {
 
@@ -118,6 +119,9 @@ class JobQueue {
     // TakeRevoked for every worker.
     bool TakeNews() { return std::exchange(news_, false); }
 
+    // What is seen from outside; of jobs under way and of workers at most so many each, the oldest.
+    QueueStatus Status(TimePoint now, std::size_t max_jobs, std::size_t max_workers) const;
+
   private:
     // What a worker has to do with one job.
     struct Involvement {
@@ -185,6 +189,8 @@ class JobQueue {
     std::map<std::uint64_t, Job*>
         active_;  // of those, all that may have work, and some that have not
     std::deque<std::string> to_plan_, to_filter_;
+    JobTotals forgotten_;  // of jobs that are
+    std::uint64_t results_wrong_ = 0;
     std::map<WorkerId, Worker> workers_;
     Leases leases_;
     std::uint64_t last_number_ = 0;

@@ -264,7 +264,9 @@ ResultVerdict JobQueue::Wrong(Leases::iterator it, const std::string& reason, Ti
     const TileRect r = it->second.task.rect;
     const std::string said = fmt::format("worker {}: wrong result for pixels {},{},{},{}: {}",
                                          workers_.at(id).info.name, r.x0, r.y0, r.x1, r.y1, reason);
+    const LogScope scope({.job = name, .worker = workers_.at(id).info.name, .lease = it->first});
     spdlog::error("{}: {}", name, said);
+    ++results_wrong_;
     Job& job = Find(name);
     if (job.Refuse(it->second.unit, id) >= kMaxBadResults) {
         Fail(name, said, now);
@@ -358,6 +360,7 @@ void JobQueue::Tick(TimePoint now) {
     ExcuseAbsence(now);
     for (auto& [id, worker] : workers_) {
         if (!worker.silent && ToSeconds(now - worker.last_heard) > kSilentSeconds) {
+            const LogScope scope({.worker = worker.info.name});
             spdlog::warn("worker {}: silent for {} s, its {} leases go to others", worker.info.name,
                          kSilentSeconds, worker.leases.size());
             worker.silent = true;
@@ -371,6 +374,9 @@ void JobQueue::Tick(TimePoint now) {
     }
     for (auto& [id, lease] : leases_) {
         if (!lease.late && now >= lease.deadline) {
+            const LogScope scope(
+                {.job = lease.job, .worker = workers_.at(lease.worker).info.name, .lease = id});
+            spdlog::debug("{}: lease {} is late", lease.job, id);
             lease.late = true;
             RequeueIfLate(&Find(lease.job), lease.unit);
         }

@@ -55,6 +55,7 @@ class BlobWriter final : public grpc::ServerReadReactor<v1::WriteBlobRequest> {
                 request_.data().size(), request_.offset(), codec::kMaxChunk, upload_->offset()));
         }
         upload_->Append(request_.data());
+        coordinator_->traffic().blobs_in += request_.data().size();
         if (!upload_->complete()) {
             return false;
         }
@@ -125,6 +126,7 @@ grpc::ServerWriteReactor<v1::ReadBlobResponse>* BlobService::ReadBlob(
         response->set_size(size);
         response->set_data(blobs.Read(sha256, offset, kPiece));
         offset += response->data().size();
+        coordinator_->traffic().blobs_out += response->data().size();
         // An empty end is sent only to say the size.
         return std::exchange(first, false) || !response->data().empty();
     };

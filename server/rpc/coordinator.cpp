@@ -18,6 +18,9 @@ namespace {
 
 constexpr double kTickSeconds = 0.1;
 constexpr std::size_t kOverJobsKept = 1000;  // with their results
+// Of those seen from outside one by one.
+constexpr std::size_t kMaxJobsShown = 100, kMaxWorkersShown = 200;
+constexpr std::chrono::seconds kStatusPatience{5};
 constexpr const char* kJobPrefix = "jobs/";
 
 // What the time to finish an image depends on, beside its size.
@@ -93,6 +96,7 @@ std::string Coordinator::CreateJob(const std::string& request_id, CheckedSpec sp
         };
     }
     queue_.AddJob(name, std::move(setup), Now());
+    const LogScope scope({.job = name});
     spdlog::info("{}: {} at {}x{}, {}, sampler {}, filter {}", name, spec.manifest.main,
                  spec.settings.Window().width(), spec.settings.Window().height(),
                  jobs::Describe(spec.budgets), spec.sampler, spec.filter);
@@ -112,6 +116,7 @@ std::string Coordinator::CreateJob(const std::string& request_id, CheckedSpec sp
 void Coordinator::CancelJob(const std::string& name) {
     queue_.Cancel(name, Now());
     records_.at(name).cancel->Cancel();
+    const LogScope scope({.job = name});
     spdlog::info("{}: cancelled", name);
 }
 
@@ -131,6 +136,37 @@ Coordinator::ResultFile Coordinator::ResultOf(const std::string& name) const {
                          : fmt::format("{} is not ready yet; watch it and fetch it then", name));
     }
     return {JobId(name), info.outcome->result_size, records_.at(name).result_sha256};
+}
+
+std::optional<metrics::FarmStatus> Coordinator::AskStatus() {
+    const auto answer = std::make_shared<std::promise<metrics::FarmStatus>>();
+    auto status = answer->get_future();
+    control_.Post([this, answer] { answer->set_value(Status()); });
+    if (status.wait_for(kStatusPatience) != std::future_status::ready) {
+        return std::nullopt;
+    }
+    return status.get();
+}
+
+metrics::FarmStatus Coordinator::Status() const {
+    metrics::FarmStatus status;
+    status.queue = queue_.Status(Now(), kMaxJobsShown, kMaxWorkersShown);
+    for (const auto& job : status.queue.under_way) {
+        const CheckedSpec& spec = records_.at(job.name).spec;
+        status.job_texts.push_back({spec.message.display_name(), spec.sampler, spec.filter});
+    }
+    status.blobs_in = traffic_.blobs_in;
+    status.blobs_out = traffic_.blobs_out;
+    status.results_out = traffic_.results_out;
+    status.work_in = traffic_.work_in;
+    status.work_out = traffic_.work_out;
+    status.blob_bytes = blobs_.used();
+    status.blob_quota = blobs_.quota();
+    status.tasks_waiting = {{"control", control_.waiting()},
+                            {"io", io_.waiting()},
+                            {"plan", plan_.waiting()},
+                            {"filter", filter_.waiting()}};
+    return status;
 }
 
 void Coordinator::Remove(Listener* listener) {
@@ -178,6 +214,7 @@ void Coordinator::StartPlans() {
             const auto result = std::make_shared<jobs::PlanResult>(jobs::RunPlan(work));
             control_.Post([this, name = work.name, result] {
                 if (!result->failure.empty()) {
+                    const LogScope scope({.job = name});
                     spdlog::error("{}: {}", name, result->failure);
                 }
                 queue_.Planned(name, std::move(*result), Now());
@@ -195,6 +232,7 @@ void Coordinator::StartFilters() {
         }
         const Record& record = records_.at(work->name);
         const auto& info = queue_.Get(work->name);
+        const LogScope scope({.job = work->name});
         spdlog::info("{}: {} samples in {} passes after {:.2f} s ({})", work->name,
                      info.samples_done, info.passes.size(), info.render_seconds, info.message);
         filter_.Post(
@@ -235,6 +273,7 @@ void Coordinator::Filter(const jobs::JobQueue::FilterWork& work, const CheckedSp
                 [this, name, outcome = std::move(finished.outcome), sha256 = std::move(sha256)] {
                     if (const auto record = records_.find(name); record != records_.end()) {
                         record->second.result_sha256 = sha256;
+                        const LogScope scope({.job = name});
                         spdlog::info("{}: filtered in {:.2f} s, image {}", name, outcome.seconds,
                                      outcome.image_sha256);
                         queue_.Succeed(name, outcome, Now());
@@ -254,6 +293,7 @@ void Coordinator::Filter(const jobs::JobQueue::FilterWork& work, const CheckedSp
     }
     control_.Post([this, name, failure] {
         if (records_.count(name) != 0) {
+            const LogScope scope({.job = name});
             spdlog::error("{}: {}", name, failure);
             queue_.Fail(name, failure, Now());
             Changed();

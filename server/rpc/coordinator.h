@@ -4,16 +4,19 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 
 #include "core/base/cancel_token.h"
 #include "core/base/clock.h"
 #include "server/jobs/job_queue.h"
+#include "server/metrics/farm_status.h"
 #include "server/rpc/executor.h"
 #include "server/rpc/finish_times.h"
 #include "server/rpc/job_message.h"
 #include "server/rpc/job_spec.h"
+#include "server/rpc/traffic.h"
 #include "server/store/blob_store.h"
 #include "server/store/data_folder.h"
 #include "server/store/result_store.h"
@@ -50,6 +53,10 @@ class Coordinator {
     store::BlobStore& blobs() { return blobs_; }                    // thread-safe
     const store::ResultStore& results() const { return results_; }  // thread-safe
     TimePoint Now() const { return clock_.Now(); }
+    Traffic& traffic() { return traffic_; }  // thread-safe
+    // What is seen from outside. Thread-safe; waits for the control thread, in vain if that does
+    // not come to it within seconds.
+    std::optional<metrics::FarmStatus> AskStatus();
     // Rises with every start of the server: answers to leases of an earlier one are dropped.
     std::uint32_t epoch() const { return epoch_; }
 
@@ -91,6 +98,7 @@ class Coordinator {
     };
 
     static void ForEach(const std::set<Listener*>& listeners, void (Listener::*call)());
+    metrics::FarmStatus Status() const;
     void StartPlans();
     void StartFilters();
     double PredictFinish(const Film& film, const CheckedSpec& spec, const CancelToken& cancel);
@@ -104,6 +112,7 @@ class Coordinator {
     store::BlobStore blobs_;
     store::ResultStore results_;
     FinishTimes finish_times_;
+    Traffic traffic_;
 
     // Of the control thread.
     jobs::JobQueue queue_;

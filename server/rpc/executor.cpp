@@ -27,6 +27,11 @@ void SerialExecutor::Post(std::function<void()> task) {
     posted_.notify_all();
 }
 
+std::size_t SerialExecutor::waiting() const {
+    const std::lock_guard lock(mutex_);
+    return tasks_.size();
+}
+
 void SerialExecutor::Every(Duration period, std::function<void()> task) {
     {
         const std::lock_guard lock(mutex_);

@@ -23,6 +23,8 @@ class SerialExecutor {
 
     // Thread-safe.
     void Post(std::function<void()> task);
+    // Tasks that were posted and have not begun. Thread-safe.
+    std::size_t waiting() const;
     // Calls `task` again and again between the others, about every `period`. Once, before any Post.
     void Every(Duration period, std::function<void()> task);
 
@@ -30,7 +32,7 @@ class SerialExecutor {
     void Run();
 
     std::string name_;
-    std::mutex mutex_;  // guards all below but the thread
+    mutable std::mutex mutex_;  // guards all below but the thread
     std::condition_variable posted_;
     std::deque<std::function<void()>> tasks_;
     std::function<void()> periodic_;

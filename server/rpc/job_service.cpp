@@ -150,6 +150,7 @@ grpc::ServerWriteReactor<v1::FetchResultResponse>* JobService::FetchResult(
         response->set_sha256(file->sha256);
         response->set_data(coordinator_->results().Read(file->id, offset, kPiece));
         offset += response->data().size();
+        coordinator_->traffic().results_out += response->data().size();
         // An empty end is sent only to say size and digest.
         return std::exchange(first, false) || !response->data().empty();
     };

@@ -41,7 +41,14 @@ std::shared_ptr<grpc::ServerCredentials> MakeCredentials(const TlsPems& tls) {
 Server::Server(const ServerOptions& options)
     : address_(options.listen),
       access_(!options.tls.ca.empty(), options.join_token),
+      metrics_address_(options.metrics),
       coordinator_(options.coordinator) {
+    if (metrics_address_) {
+        metrics_ = std::make_unique<metrics::Endpoint>(ToString(*metrics_address_),
+                                                       [this] { return coordinator_.AskStatus(); });
+        metrics_address_->port = metrics_->port();
+        spdlog::info("metrics on http://{}/metrics", ToString(*metrics_address_));
+    }
     grpc::EnableDefaultHealthCheckService(true);
     grpc::reflection::InitProtoReflectionServerBuilderPlugin();
     grpc::ServerBuilder builder;
@@ -77,6 +84,8 @@ Server::~Server() {
         return;
     }
     server_->GetHealthCheckService()->Shutdown();
+    // Its HTTP server takes two seconds to end.
+    const auto closing = std::async(std::launch::async, [this] { metrics_.reset(); });
     coordinator_.control().Post([this] { coordinator_.StopStreams(); });
     const auto give_up = std::chrono::steady_clock::now() + kDrainTime;
     for (std::size_t workers = 1; workers > 0 && std::chrono::steady_clock::now() < give_up;) {

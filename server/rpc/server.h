@@ -3,9 +3,11 @@
 #include <grpcpp/server.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "core/trust/tls_files.h"
+#include "server/metrics/endpoint.h"
 #include "server/rpc/access.h"
 #include "server/rpc/blob_service.h"
 #include "server/rpc/coordinator.h"
@@ -20,6 +22,7 @@ struct ServerOptions {
     TlsPems tls;             // with a CA: callers need certificates, which tell their roles
     std::string join_token;  // that workers must show; "": none
     CoordinatorOptions coordinator;
+    std::optional<ListenAddress> metrics;  // for Prometheus, by HTTP; none: nowhere
 };
 
 // A coordinator that listens: its services, health and reflection.
@@ -33,14 +36,17 @@ class Server {
 
     // With the port that was chosen.
     const ListenAddress& address() const { return address_; }
+    const std::optional<ListenAddress>& metrics_address() const { return metrics_address_; }
 
   private:
     ListenAddress address_;
     const Access access_;
+    std::optional<ListenAddress> metrics_address_;
     Coordinator coordinator_;
     JobService jobs_{&coordinator_, &access_};
     BlobService blobs_{&coordinator_, &access_};
     WorkService work_{&coordinator_, &access_};
+    std::unique_ptr<metrics::Endpoint> metrics_;
     std::unique_ptr<grpc::Server> server_;
 };
 

@@ -74,6 +74,7 @@ void WorkSession::OnWriteDone(bool ok) {
 void WorkSession::OnDone() { const auto self = std::move(self_); }
 
 void WorkSession::Handle(const v1::WorkRequest& message) {
+    coordinator_->traffic().work_in += message.ByteSizeLong();
     if (message.has_hello()) {
         HandleHello(message.hello());
         return;
@@ -84,6 +85,7 @@ void WorkSession::Handle(const v1::WorkRequest& message) {
     jobs::JobQueue& queue = coordinator_->queue();
     const TimePoint now = coordinator_->Now();
     queue.Heard(worker_, now);
+    const LogScope scope({.worker = queue.WorkerName(worker_)});
     switch (message.message_case()) {
         case v1::WorkRequest::kReport:
             queue.SetCredits(worker_, message.report().credits(), message.report().leases_held());
@@ -144,6 +146,7 @@ void WorkSession::HandleHello(const v1::Hello& hello) {
     jobs::JobQueue& queue = coordinator_->queue();
     const std::string numeric_class = Clean(NumericClassText(hello.numeric_class()));
     worker_ = queue.AddWorker(hello.name(), numeric_class, hello.threads(), coordinator_->Now());
+    const LogScope scope({.worker = queue.WorkerName(worker_)});
     spdlog::info("worker {}: is here with {} threads ({})", queue.WorkerName(worker_),
                  hello.threads(), numeric_class);
     v1::WorkResponse response;
@@ -159,9 +162,11 @@ void WorkSession::HandleResult(const v1::LeaseResult& result) {
     jobs::JobQueue& queue = coordinator_->queue();
     const TimePoint now = coordinator_->Now();
     const jobs::LeaseId lease = result.lease_id();
+    const LogScope scope({.job = result.job(), .lease = lease});
     const auto samples = samples_.extract(lease);
     const TileTask* task = result.epoch() == coordinator_->epoch() ? queue.TaskOf(lease) : nullptr;
     if (task == nullptr) {
+        spdlog::debug("{}: lease {} is answered too late", result.job(), lease);
         queue.AddResult(worker_, 0, result.job(), {}, now);  // counted as late
         return;
     }
@@ -251,6 +256,10 @@ void WorkSession::SendLease(const jobs::LeaseGrant& grant) {
     codec::TaskToLease(grant.task, lease);
     lease->set_deadline_seconds(grant.deadline_seconds);
     lease->set_epoch(coordinator_->epoch());
+    const LogScope scope(
+        {.job = grant.job, .worker = coordinator_->queue().WorkerName(worker_), .lease = grant.id});
+    spdlog::debug("{}: lease {} of {} samples, due in {:.1f} s", grant.job, grant.id,
+                  grant.task.TotalSamples(), grant.deadline_seconds);
     Send(std::move(response));
 }
 
@@ -279,6 +288,7 @@ void WorkSession::WriteNext() {
     } else if (!outbox_.empty()) {
         outgoing_ = std::move(outbox_.front());
         outbox_.pop_front();
+        coordinator_->traffic().work_out += outgoing_.ByteSizeLong();
         writing_ = true;
         StartWrite(&outgoing_);
     }
@@ -295,6 +305,7 @@ void WorkSession::Leave(const grpc::Status& status) {
     coordinator_->Remove(this);
     if (worker_ != 0) {
         jobs::JobQueue& queue = coordinator_->queue();
+        const LogScope scope({.worker = queue.WorkerName(worker_)});
         spdlog::info("worker {}: has left{}", queue.WorkerName(worker_),
                      status.ok() ? "" : fmt::format(" ({})", status.error_message()));
         queue.RemoveWorker(worker_);

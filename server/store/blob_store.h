@@ -30,6 +30,7 @@ class BlobStore {
     // At most `limit` bytes of a whole blob; empty at the end. Throws kNotFound.
     std::string Read(const std::string& sha256, std::uint64_t offset, std::size_t limit) const;
     std::uint64_t used() const;
+    std::uint64_t quota() const { return quota_; }
 
     // One upload from an offset on; used by one thread at a time. What is there when it dies
     // unfinished is kept and goes on from there.

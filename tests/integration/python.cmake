@@ -16,6 +16,7 @@ relume_python_test(Verify.TellsTrueClaimsFromForgedOnes verify_test.py)
 relume_python_test(Tls.LetsInWhoMayAndSaysWhyNot tls_test.py)
 relume_python_test(Budgets.EndJobsAndSayWhich budgets_test.py)
 relume_python_test(Filters.ChooseAndPlanByTheirRules filters_test.py)
+relume_python_test(Metrics.AreScrapedFromAFarmAndLogsParse metrics_test.py)
 relume_python_test(Stability.DefaultIsNoWorseThanUnfiltered stability_test.py)
 # A minute on idle cores, but some hundred processes.
 set_tests_properties(Stability.DefaultIsNoWorseThanUnfiltered PROPERTIES TIMEOUT 1800)

@@ -60,6 +60,7 @@ Worker::Worker(WorkerOptions options, SceneLoader loader)
     JobScenes::Handler handler;
     handler.on_ready = [this](const std::string& job, std::shared_ptr<const LoadedScene> scene,
                               double seconds) {
+        const LogScope scope({.job = job});
         spdlog::info("{}: scene ready after {:.2f} s", job, seconds);
         v1::WorkRequest message;
         auto* ready = message.mutable_scene_ready();
@@ -230,6 +231,7 @@ void Worker::Handle(const v1::WorkResponse& message) {
         case v1::WorkResponse::kWelcome:
             welcomed_ = let_in_ = true;
             report_seconds_ = std::clamp(message.welcome().report_seconds(), 0.05, 60.0);
+            SetLogWorker(message.welcome().name());
             spdlog::info("works for {} as {} with {} threads", options_.server,
                          message.welcome().name(), options_.threads);
             break;
@@ -315,6 +317,7 @@ void Worker::Drain() {
 
 void Worker::RenderThread() {
     while (auto lease = leases_.Take()) {
+        const LogScope scope({.job = lease->job, .lease = lease->id});
         v1::WorkRequest message;
         try {
             const TileResult result = lease->scene->render(lease->task, *lease->cancel);
@@ -335,6 +338,7 @@ void Worker::RenderThread() {
                 answer->set_rays(result.rays);
                 answer->set_seconds(result.seconds);
                 answer->set_epoch(lease->epoch);
+                spdlog::debug("{}: lease {} took {:.3f} s", lease->job, lease->id, result.seconds);
             }
         } catch (const std::exception& error) {
             const TileRect& r = lease->task.rect;
@@ -372,6 +376,7 @@ void Worker::ReturnLeases(const std::vector<std::uint64_t>& ids) {
 }
 
 void Worker::SendProblem(const std::string& job, const std::string& message, bool transient) {
+    const LogScope scope({.job = job});
     spdlog::warn("{}: {}", job, message);
     v1::WorkRequest request;
     request.mutable_problem()->set_job(job);

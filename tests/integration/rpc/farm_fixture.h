@@ -23,9 +23,8 @@ class FarmFixture : public testing::Test {
   protected:
     FarmFixture() { Restart(); }
 
-    void Restart() {
+    void Restart(ServerOptions options = {}) {
         server.reset();
-        ServerOptions options;
         options.coordinator.data = folder.path();
         options.coordinator.blob_quota = 16 << 20;
         server = std::make_unique<Server>(options);

@@ -94,6 +94,27 @@ TEST(Auto, AnImageWithoutHalvesGetsTheBilateralFilter) {
     EXPECT_TRUE(choice->candidates.empty());
 }
 
+TEST(Auto, TwoSamplesAPixelAreFilteredUntried) {
+    const Truth truth{120, 90};
+    const Filtered filtered =
+        FilterFrame("auto", FrameFromFilm(MakeFilm(truth, 2, 3)), CancelToken());
+    EXPECT_EQ(filtered.filter, std::string(kRobust) + ",energy=restore");
+    EXPECT_THAT(filtered.choice->reason, HasSubstr("one sample"));
+}
+
+TEST(Auto, SpendsNoMoreThanIsWorthIt) {
+    const auto tried = [](const char* filter, int spp) {
+        const Frame frame = FrameFromFilm(MakeFilm({64, 48}, spp, 3));
+        return MakeDenoiser(filter)->Choose(frame, CancelToken())->candidates.size();
+    };
+    EXPECT_EQ(tried("auto:effort=0.6", 8), 2u);  // none, the bilateral filter
+    EXPECT_GT(tried("auto", 8), tried("auto:effort=0.6", 8));
+    EXPECT_GT(tried("auto:effort=0.6", 64), 8u);  // with fewer features, and mixtures
+    EXPECT_EQ(MakeDenoiser("auto:effort=0.6,seconds=2")->Describe(), "auto:effort=0.6,seconds=2");
+    EXPECT_EQ(MakeDenoiser("auto:effort=0")->Describe(), "auto");
+    EXPECT_THROW(MakeDenoiser("auto:effort=-1"), Error);
+}
+
 TEST(Auto, TheSameChoiceEachTime) {
     const Frame frame = FrameFromFilm(MakeFilm({420, 400}, 4, 9));
     const auto first = MakeDenoiser("auto")->Choose(frame, CancelToken());

@@ -107,6 +107,27 @@ TEST(Eta, ComesFromSpeedAndBudgetWithAnInterval) {
     EXPECT_DOUBLE_EQ(eta.high, 32 / 0.8 + 2);
 }
 
+TEST(SamplesLeft, IsTheLeastThatABudgetTells) {
+    const std::vector<ErrorPoint> errors{{8000, 0.08}};
+    ForecastInput input = Input(errors);
+    EXPECT_FALSE(SamplesLeft(input));
+    input.budgets.samples = 40'000;
+    EXPECT_DOUBLE_EQ(*SamplesLeft(input), 32'000);
+    input.budgets.seconds = 20;  // 8 of them to render
+    EXPECT_DOUBLE_EQ(*SamplesLeft(input), 8000);
+    input.budgets.target = 0.04;
+    input.budgets.seconds = 1000;
+    EXPECT_NEAR(*SamplesLeft(input), 8000, 1);
+    input.done = 50'000;
+    EXPECT_DOUBLE_EQ(*SamplesLeft(input), 0);
+    input = Input({});
+    input.budgets.target = 0.04;
+    EXPECT_FALSE(SamplesLeft(input)) << "nothing is known of the error";
+    input.speed = {};
+    input.budgets.seconds = 20;
+    EXPECT_FALSE(SamplesLeft(input)) << "nothing is known of the speed";
+}
+
 TEST(Eta, OfATargetWidensWithTheErrorsScatter) {
     const std::vector<ErrorPoint> smooth{{2000, 0.32}, {4000, 0.16}, {8000, 0.08}};
     const std::vector<ErrorPoint> rough{{2000, 0.32}, {4000, 0.20}, {8000, 0.08}};
