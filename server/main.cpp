@@ -18,8 +18,12 @@
 #include "core/base/log.h"
 #include "core/base/parallel.h"
 #include "core/base/signals.h"
+#include "core/trust/join_token.h"
+#include "core/trust/tls_files.h"
 #include "proto/codec/protocol.h"
 #include "server/jobs/planner.h"
+#include "server/rpc/access.h"
+#include "server/rpc/listen_address.h"
 #include "server/rpc/server.h"
 
 namespace {
@@ -40,6 +44,8 @@ std::filesystem::path DefaultData() {
 
 int main(int argc, char** argv) {
     relume::server::ServerOptions options;
+    relume::TlsFiles tls;
+    std::string join_token;
     std::string listen = "127.0.0.1:7878", data = DefaultData().string(), log_level = "info",
                 log_format = "text", metrics;
     bool insecure = false, describe_samplers = false;
@@ -57,6 +63,16 @@ int main(int argc, char** argv) {
                    "largest size of all scene files, e.g. 64G")
         ->transform(CLI::AsSizeValue(false))
         ->default_str("64G");
+    app.add_option("--tls-cert", tls.cert, "certificate of this server (PEM): all is encrypted")
+        ->type_name("FILE");
+    app.add_option("--tls-key", tls.key, "its private key (PEM)")->type_name("FILE");
+    app.add_option("--tls-ca", tls.ca,
+                   "let in those with a certificate of this CA alone (PEM), each in the role that "
+                   "its certificate tells")
+        ->type_name("FILE");
+    app.add_option("--join-token", join_token,
+                   "secret that workers must show, too: a file with one line")
+        ->type_name("FILE");
     app.add_option(
         "--metrics", metrics,
         "HOST:PORT of a page for Prometheus, by plain HTTP; port 0 = any free one [none]");
@@ -97,7 +113,7 @@ int main(int argc, char** argv) {
         relume::InitLogging("relume-server", log_level, format);
         // What gRPC has to say is for its developers; what goes wrong is said by us.
         gpr_set_log_function(
-            [](gpr_log_func_args* args) { spdlog::debug("gRPC: {}", args->message); });
+            [](gpr_log_func_args* args) { relume::server::LogGrpcMessage(args->message); });
         std::promise<int> stop;
         bool stopped = false;
         const relume::SignalWatcher signals([&](int signal) {
@@ -108,12 +124,14 @@ int main(int argc, char** argv) {
         relume::SetThreadCount(threads);
 
         options.listen = relume::server::ParseListenAddress(listen);
-        if (!insecure && !relume::server::IsLoopback(options.listen)) {
-            relume::ThrowInvalidArgument(
-                fmt::format("--listen {}: others could reach it and nothing is encrypted; add "
-                            "--insecure if the "
-                            "network is trusted",
-                            listen));
+        options.tls = relume::LoadServerTls(tls);
+        relume::server::CheckExposure(options.listen, options.tls.enabled(), insecure,
+                                      !join_token.empty());
+        if (!join_token.empty()) {
+            options.join_token = relume::ReadJoinToken(join_token);
+        }
+        if (options.tls.enabled() && options.tls.ca.empty()) {
+            spdlog::warn("without --tls-ca everybody who reaches this server may use it");
         }
         if (!metrics.empty()) {
             options.metrics = relume::server::ParseListenAddress(metrics);

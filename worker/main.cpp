@@ -17,6 +17,8 @@
 #include "core/base/log.h"
 #include "core/base/parallel.h"
 #include "core/base/signals.h"
+#include "core/trust/join_token.h"
+#include "core/trust/tls_files.h"
 #include "proto/codec/protocol.h"
 #include "worker/loop/worker.h"
 #include "worker/render/render.h"
@@ -47,6 +49,8 @@ std::filesystem::path DefaultCache() {
 int main(int argc, char** argv) {
     relume::worker::WorkerOptions options;
     options.name = HostAndPid();
+    relume::TlsFiles tls;
+    std::string join_token;
     std::string cache = DefaultCache().string();
     std::string log_level = "info", log_format = "text";
     relume::LogFormat format = relume::LogFormat::kText;
@@ -59,6 +63,19 @@ int main(int argc, char** argv) {
     app.add_option("--server", options.server, "HOST:PORT of the server")
         ->envname("RELUME_SERVER")
         ->required();
+    app.add_option("--tls-ca", tls.ca, "CA of the server's certificate (PEM): all is encrypted")
+        ->envname("RELUME_TLS_CA")
+        ->type_name("FILE");
+    app.add_option("--tls-cert", tls.cert, "certificate of this worker (PEM)")
+        ->envname("RELUME_TLS_CERT")
+        ->type_name("FILE");
+    app.add_option("--tls-key", tls.key, "its private key (PEM)")
+        ->envname("RELUME_TLS_KEY")
+        ->type_name("FILE");
+    app.add_option("--join-token", join_token,
+                   "secret that the server asks workers for: a file with one line")
+        ->envname("RELUME_JOIN_TOKEN")
+        ->type_name("FILE");
     app.add_option("--threads", options.threads, "render threads; 0 = one a core")
         ->default_val(0)
         ->check(CLI::Range(0, 1024));
@@ -108,6 +125,10 @@ int main(int argc, char** argv) {
             }
         });
 
+        options.tls = relume::LoadClientTls(tls);
+        if (!join_token.empty()) {
+            options.join_token = relume::ReadJoinToken(join_token);
+        }
         if (options.threads == 0) {
             options.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
         }

@@ -17,7 +17,7 @@ namespace {
 
 struct CancelOptions {
     std::vector<std::string> jobs;
-    std::string server;
+    ServerOptions server;
 };
 
 int RunCancel(const CancelOptions& options) {

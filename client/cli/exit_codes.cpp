@@ -7,7 +7,9 @@ std::string DescribeExitCodes() {
            "1     another failure\n"
            "2     the command line: an option, a size, a sampler or a filter that is not known\n"
            "3     a scene or an image can't be read or rendered\n"
-           "4     the server is out of reach, or the local farm does not start or breaks down\n"
+           "4     the server is out of reach or lets us not in, or the local farm does not start "
+           "or breaks "
+           "down\n"
            "5     the job failed, was cancelled, is not over, or is not there\n"
            "6     the result can't be written\n"
            "7     verify: an image's claim of its error does not hold\n"
@@ -28,6 +30,8 @@ int ExitCodeOf(const std::exception& error) {
     switch (known->code()) {
         case ErrorCode::kInvalidArgument:
             return kExitUsage;
+        case ErrorCode::kPermissionDenied:
+        case ErrorCode::kUnauthenticated:
         case ErrorCode::kUnavailable:
         case ErrorCode::kDeadlineExceeded:
         case ErrorCode::kUnimplemented:

@@ -15,7 +15,8 @@ namespace relume::client {
 namespace {
 
 struct FetchOptions {
-    std::string job, server;
+    std::string job;
+    ServerOptions server;
     OutputOptions output;
 };
 

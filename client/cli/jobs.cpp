@@ -17,7 +17,7 @@ namespace relume::client {
 namespace {
 
 struct JobsOptions {
-    std::string server;
+    ServerOptions server;
     int limit = 50;
     TalkOptions talk;
 };

@@ -9,6 +9,14 @@
 #include "proto/codec/budgets.h"
 
 namespace relume::client {
+namespace {
+
+std::string GivenOr(const std::string& given, const char* variable) {
+    const char* environment = std::getenv(variable);
+    return !given.empty() ? given : environment != nullptr ? environment : "";
+}
+
+}  // namespace
 
 CLI::Validator Between(int low, int high) {
     // The help of the option tells the range in its own words.
@@ -151,24 +159,38 @@ void CheckOutputs(const OutputOptions& options) {
     }
 }
 
-void AddServerOption(CLI::App* app, std::string* given) {
-    app->add_option("--server", *given, "address of the server [RELUME_SERVER]")
+void AddServerOption(CLI::App* app, ServerOptions* given) {
+    app->add_option("--server", given->address, "address of the server [RELUME_SERVER]")
         ->type_name("HOST:PORT");
+    app->add_option("--tls-ca", given->tls.ca,
+                    "CA of the server's certificate (PEM): all is encrypted [RELUME_TLS_CA]")
+        ->type_name("FILE");
+    app->add_option("--tls-cert", given->tls.cert,
+                    "our certificate (PEM), if the server asks for one [RELUME_TLS_CERT]")
+        ->type_name("FILE");
+    app->add_option("--tls-key", given->tls.key, "its private key (PEM) [RELUME_TLS_KEY]")
+        ->type_name("FILE");
 }
 
-std::string FindServer(const std::string& given) {
-    const char* environment = std::getenv("RELUME_SERVER");
-    const std::string server = !given.empty() ? given : environment != nullptr ? environment : "";
-    if (!server.empty() && server.find(':') == std::string::npos) {
-        ThrowInvalidArgument(
-            fmt::format("server '{}': must be HOST:PORT, e.g. {}:7878", server, server));
+Endpoint FindServer(const ServerOptions& given) {
+    Endpoint server;
+    server.address = GivenOr(given.address, "RELUME_SERVER");
+    if (server.address.empty()) {
+        return server;
     }
+    if (server.address.find(':') == std::string::npos) {
+        ThrowInvalidArgument(fmt::format("server '{}': must be HOST:PORT, e.g. {}:7878",
+                                         server.address, server.address));
+    }
+    server.tls = LoadClientTls({GivenOr(given.tls.cert, "RELUME_TLS_CERT"),
+                                GivenOr(given.tls.key, "RELUME_TLS_KEY"),
+                                GivenOr(given.tls.ca, "RELUME_TLS_CA")});
     return server;
 }
 
-std::string RequireServer(const std::string& given) {
-    std::string server = FindServer(given);
-    if (server.empty()) {
+Endpoint RequireServer(const ServerOptions& given) {
+    Endpoint server = FindServer(given);
+    if (server.address.empty()) {
         ThrowInvalidArgument(
             "which server? say --server HOST:PORT, or set RELUME_SERVER; `relume farm` starts one "
             "on this machine");

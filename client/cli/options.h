@@ -7,6 +7,7 @@
 #include <string>
 
 #include "client/cli/option_values.h"
+#include "client/lib/client.h"
 #include "client/lib/output_file.h"
 
 namespace relume::client {
@@ -66,12 +67,17 @@ void AddOutputOptions(CLI::App* app, OutputOptions* options);
 // Throws OutputError before anything is rendered in vain.
 void CheckOutputs(const OutputOptions& options);
 
-// Which server is asked: --server, else RELUME_SERVER.
-void AddServerOption(CLI::App* app, std::string* given);
-// "" if neither says one.
-std::string FindServer(const std::string& given);
+// Which server is asked, and how we show who we are: --server, --tls-ca, --tls-cert and --tls-key,
+// each where not given from RELUME_SERVER, RELUME_TLS_CA, ...
+struct ServerOptions {
+    std::string address;
+    TlsFiles tls;
+};
+void AddServerOption(CLI::App* app, ServerOptions* given);
+// The address is "" if neither says one. Throws kInvalidArgument for files that don't do.
+Endpoint FindServer(const ServerOptions& given);
 // Throws kInvalidArgument if neither does.
-std::string RequireServer(const std::string& given);
+Endpoint RequireServer(const ServerOptions& given);
 
 // How a command speaks.
 struct TalkOptions {

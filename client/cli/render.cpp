@@ -69,7 +69,8 @@ int RunRender(const RenderOptions& options, Interrupts* interrupts) {
 
     RunJob(
         prepared, options.place, interrupts, &meter, &facts,
-        SaveSeconds(prepared.spec, !options.output.png.empty(), options.place.server.empty()),
+        SaveSeconds(prepared.spec, !options.output.png.empty(),
+                    options.place.server.address.empty()),
         [&](const v1::Job& job) { meter.Update(job); },
         [&](Client* client, const v1::Job& job) {
             SaveResult(client, job, options.output, &facts);

@@ -70,18 +70,18 @@ std::function<void()> AddPlaceOptions(CLI::App* app, PlaceOptions* options) {
                                     "threads of each of them, 1 to 1024 [the cores shared out]")
                         ->check(Between(1, 1024))
                         ->type_name("N");
-    AddServerOption(app, &options->server);
+    AddServerOption(app, &options->given);
     app->footer(
         "Without --server (or RELUME_SERVER) a farm is started on this machine and ends "
         "with the command.\n--workers and --threads ask for one, whatever RELUME_SERVER "
         "says.");
     return [=] {
         const bool farm = workers->count() + threads->count() > 0;
-        if (farm && !options->server.empty()) {
+        if (farm && !options->given.address.empty()) {
             ThrowInvalidArgument(
                 "--workers and --threads are for a local farm; leave them out with --server");
         }
-        options->server = farm ? "" : FindServer(options->server);
+        options->server = farm ? Endpoint() : FindServer(options->given);
     };
 }
 
@@ -90,7 +90,7 @@ void RunJob(const PreparedJob& prepared, const PlaceOptions& place, Interrupts* 
             const std::function<void(const v1::Job&)>& show,
             const std::function<void(Client*, const v1::Job&)>& finish) {
     Lap lap;
-    const bool local = place.server.empty();
+    const bool local = place.server.address.empty();
     std::unique_ptr<Client> client;  // outlives the farm, whose monitor interrupts it
     std::optional<LocalFarm> farm;
     std::string job_name;
@@ -100,7 +100,7 @@ void RunJob(const PreparedJob& prepared, const PlaceOptions& place, Interrupts* 
             WithExitCode(kExitServer, [&] { farm.emplace(place.farm); });
         }
         facts->start = lap();
-        client = std::make_unique<Client>(local ? farm->address() : place.server);
+        client = std::make_unique<Client>(local ? Endpoint{farm->address(), {}} : place.server);
         if (local) {
             farm->Monitor([&](const std::string& words) { meter->Warn("relume: " + words); },
                           [&](const std::string&) { client->Interrupt(); });

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "client/cli/interrupts.h"
+#include "client/cli/options.h"
 #include "client/cli/prepare_job.h"
 #include "client/cli/progress_meter.h"
 #include "client/lib/client.h"
@@ -16,7 +17,8 @@ namespace relume::client {
 // Where a command has a job run that it waits for.
 struct PlaceOptions {
     FarmOptions farm;
-    std::string server;  // "": the local farm
+    ServerOptions given;
+    Endpoint server;  // address "": the local farm
 };
 // --workers, --threads and --server. The function that comes back is to be called once they are
 // read: it settles which of the two places it is.

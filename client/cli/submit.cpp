@@ -18,11 +18,11 @@ namespace {
 struct SubmitOptions {
     JobOptions job;
     TalkOptions talk;
-    std::string server;
+    ServerOptions server;
 };
 
 int RunSubmit(const SubmitOptions& options) {
-    const std::string server = RequireServer(options.server);
+    const Endpoint server = RequireServer(options.server);
     ProgressMeter meter(ChooseProgressStyle(options.talk.quiet, stderr), stderr);
     const PreparedJob prepared = PrepareJob(options.job);
     for (const auto& note : prepared.notes) {

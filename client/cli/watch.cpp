@@ -17,7 +17,8 @@ namespace relume::client {
 namespace {
 
 struct WatchOptions {
-    std::string job, server;
+    std::string job;
+    ServerOptions server;
     TalkOptions talk;
 };
 

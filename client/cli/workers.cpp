@@ -16,7 +16,7 @@ namespace relume::client {
 namespace {
 
 struct WorkersOptions {
-    std::string server;
+    ServerOptions server;
     TalkOptions talk;
 };
 

@@ -13,6 +13,7 @@
 #include <csignal>
 #include <cstring>
 #include <filesystem>
+#include <string_view>
 
 #include "core/base/error.h"
 
@@ -30,6 +31,20 @@ void TakeLines(std::string* buffer, Take take) {
         take(buffer->substr(0, end));
         buffer->erase(0, end + 1);
     }
+}
+
+// Of this process, without what tells how to reach a server: the children of a local farm are told
+// by their options alone.
+std::vector<char*> ChildEnvironment() {
+    std::vector<char*> kept;
+    for (char** at = environ; *at != nullptr; ++at) {
+        const std::string_view entry = *at;
+        if (entry.rfind("RELUME_TLS_", 0) != 0 && entry.rfind("RELUME_JOIN_TOKEN=", 0) != 0) {
+            kept.push_back(*at);
+        }
+    }
+    kept.push_back(nullptr);
+    return kept;
 }
 
 }  // namespace
@@ -64,8 +79,8 @@ ChildProcess::ChildProcess(const std::string& program, const std::vector<std::st
         argv.push_back(const_cast<char*>(argument.c_str()));
     }
     argv.push_back(nullptr);
-    const int error =
-        posix_spawn(&pid_, program.c_str(), &actions, &attributes, argv.data(), environ);
+    const int error = posix_spawn(&pid_, program.c_str(), &actions, &attributes, argv.data(),
+                                  ChildEnvironment().data());
     posix_spawn_file_actions_destroy(&actions);
     posix_spawnattr_destroy(&attributes);
     close(out[1]);

@@ -13,7 +13,8 @@
 namespace relume::client {
 
 // A program that runs beside this one, in a process group of its own so that Ctrl-C reaches this
-// one alone. Start children before gRPC is used in the process. Thread-safe.
+// one alone, and without RELUME_TLS_* and RELUME_JOIN_TOKEN. Start children before gRPC is used in
+// the process. Thread-safe.
 class ChildProcess {
   public:
     // `show_log`: its stderr is this process's; else the last lines are kept for LastWords.

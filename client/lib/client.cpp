@@ -12,8 +12,8 @@
 #include "client/lib/job_names.h"
 #include "core/base/error.h"
 #include "core/base/sha256.h"
+#include "proto/channel/credentials.h"
 #include "proto/codec/codec.h"
-#include "proto/codec/status.h"
 
 namespace relume::client {
 namespace {
@@ -53,7 +53,7 @@ class Client::CallContext {
     grpc::ClientContext context_;
 };
 
-Client::Client(const std::string& server) : server_(server) {
+Client::Client(const Endpoint& server) : server_(server) {
     grpc::ChannelArguments arguments;
     arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 20'000);
     arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
@@ -62,7 +62,8 @@ Client::Client(const std::string& server) : server_(server) {
     // Also the time that an attempt to connect may take.
     arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, kConnectMilliseconds);
     arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 2'000);
-    channel_ = grpc::CreateCustomChannel(server, grpc::InsecureChannelCredentials(), arguments);
+    channel_ = grpc::CreateCustomChannel(server_.address, channel::MakeCredentials(server_.tls),
+                                         arguments);
     jobs_ = v1::JobService::NewStub(channel_);
     blobs_ = v1::BlobService::NewStub(channel_);
 }
@@ -80,7 +81,7 @@ void Client::Throw(const grpc::Status& status) const {
     if (interrupted_) {
         throw Error(ErrorCode::kCancelled, "interrupted");
     }
-    throw codec::FromStatus(status, server_);
+    throw channel::ExplainStatus(status, server_.address, server_.tls);
 }
 
 void Client::Require(const grpc::Status& status) {
@@ -322,9 +323,10 @@ void Client::Fetch(const std::string& name, OutputFile* file) {
         try {
             while (reader->Read(&chunk)) {
                 if (chunk.offset() != file->size()) {
-                    throw Error(ErrorCode::kDataLoss,
-                                fmt::format("{}: the server sent byte {} of {} instead of {}",
-                                            server_, chunk.offset(), request.name(), file->size()));
+                    throw Error(
+                        ErrorCode::kDataLoss,
+                        fmt::format("{}: the server sent byte {} of {} instead of {}",
+                                    server_.address, chunk.offset(), request.name(), file->size()));
                 }
                 sha.Update(chunk.data());
                 file->Append(chunk.data());
@@ -343,7 +345,7 @@ void Client::Fetch(const std::string& name, OutputFile* file) {
                 throw Error(
                     ErrorCode::kDataLoss,
                     fmt::format("{}: the result of {} was damaged on its way; fetch it again",
-                                server_, request.name()));
+                                server_.address, request.name()));
             }
             return;
         }

@@ -14,18 +14,24 @@
 
 #include "client/lib/output_file.h"
 #include "client/lib/scene_files.h"
+#include "core/trust/tls_files.h"
 #include "relume/v1/blobs.grpc.pb.h"
 #include "relume/v1/jobs.grpc.pb.h"
 
 namespace relume::client {
 
+// A server and what to show it.
+struct Endpoint {
+    std::string address;  // HOST:PORT
+    TlsPems tls;
+};
+
 // A client of one server. Every call has a deadline or, where it waits for a job, comes back after
 // Interrupt. Failures are Errors with a line for a person; kUnavailable means that the server can't
-// be reached. One thread uses it; Interrupt may come from any.
+// be reached, kUnauthenticated that TLS is why. One thread uses it; Interrupt may come from any.
 class Client {
   public:
-    // `server` is HOST:PORT.
-    explicit Client(const std::string& server);
+    explicit Client(const Endpoint& server);
 
     // Uploads what the server lacks. `progress` gets the bytes done and due so far.
     void UploadScene(const LocalScene& scene,
@@ -56,7 +62,7 @@ class Client {
     void Interrupt();
     void Resume() { interrupted_ = false; }
 
-    const std::string& server() const { return server_; }
+    const std::string& server() const { return server_.address; }
 
     static constexpr double kPatienceSeconds = 30;
     // For a server that has not answered once: the address is wrong, or nothing runs there.
@@ -71,7 +77,7 @@ class Client {
     void UploadBlob(const std::string& sha256, std::uint64_t size, std::uint64_t offset,
                     const std::string& path, const std::function<void(std::uint64_t)>& progress);
 
-    std::string server_;
+    const Endpoint server_;
     std::shared_ptr<grpc::Channel> channel_;
     std::unique_ptr<v1::JobService::Stub> jobs_;
     std::unique_ptr<v1::BlobService::Stub> blobs_;

@@ -10,6 +10,10 @@ const char* ToString(ErrorCode code) {
             return "NOT_FOUND";
         case ErrorCode::kAlreadyExists:
             return "ALREADY_EXISTS";
+        case ErrorCode::kPermissionDenied:
+            return "PERMISSION_DENIED";
+        case ErrorCode::kUnauthenticated:
+            return "UNAUTHENTICATED";
         case ErrorCode::kFailedPrecondition:
             return "FAILED_PRECONDITION";
         case ErrorCode::kResourceExhausted:

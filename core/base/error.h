@@ -10,6 +10,8 @@ enum class ErrorCode {
     kInvalidArgument,
     kNotFound,
     kAlreadyExists,
+    kPermissionDenied,
+    kUnauthenticated,
     kFailedPrecondition,
     kResourceExhausted,
     kUnavailable,

@@ -16,6 +16,10 @@ ErrorCode KindOf(grpc::StatusCode code) {
             return ErrorCode::kNotFound;
         case grpc::StatusCode::ALREADY_EXISTS:
             return ErrorCode::kAlreadyExists;
+        case grpc::StatusCode::PERMISSION_DENIED:
+            return ErrorCode::kPermissionDenied;
+        case grpc::StatusCode::UNAUTHENTICATED:
+            return ErrorCode::kUnauthenticated;
         case grpc::StatusCode::FAILED_PRECONDITION:
             return ErrorCode::kFailedPrecondition;
         case grpc::StatusCode::RESOURCE_EXHAUSTED:
@@ -54,8 +58,10 @@ Error FromStatus(const grpc::Status& status, const std::string& server) {
         case ErrorCode::kUnimplemented:
             return {ErrorCode::kUnimplemented,
                     fmt::format("{}: is not a Relume server of this version ({})", server, reason)};
+        case ErrorCode::kPermissionDenied:
+        case ErrorCode::kUnauthenticated:
         case ErrorCode::kInternal:
-            return {ErrorCode::kInternal, fmt::format("{}: {}", server, reason)};
+            return {KindOf(status.error_code()), fmt::format("{}: {}", server, reason)};
         default:
             return {KindOf(status.error_code()), reason};
     }

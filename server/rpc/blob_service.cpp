@@ -81,6 +81,9 @@ class BlobWriter final : public grpc::ServerReadReactor<v1::WriteBlobRequest> {
 grpc::ServerUnaryReactor* BlobService::FindMissingBlobs(grpc::CallbackServerContext* context,
                                                         const v1::FindMissingBlobsRequest* request,
                                                         v1::FindMissingBlobsResponse* response) {
+    if (auto* refused = access_->Refuse<grpc::ServerUnaryReactor>(context, {Role::kClient})) {
+        return refused;
+    }
     return Deferred(context, &coordinator_->io(), [this, request, response] {
         if (request->sha256_size() > kMaxAsked) {
             ThrowInvalidArgument(fmt::format("{} blobs in one question; ask for at most {}",
@@ -97,12 +100,20 @@ grpc::ServerUnaryReactor* BlobService::FindMissingBlobs(grpc::CallbackServerCont
 }
 
 grpc::ServerReadReactor<v1::WriteBlobRequest>* BlobService::WriteBlob(
-    grpc::CallbackServerContext*, v1::WriteBlobResponse* response) {
+    grpc::CallbackServerContext* context, v1::WriteBlobResponse* response) {
+    if (auto* refused = access_->Refuse<grpc::ServerReadReactor<v1::WriteBlobRequest>>(
+            context, {Role::kClient})) {
+        return refused;
+    }
     return new BlobWriter(coordinator_, response);
 }
 
 grpc::ServerWriteReactor<v1::ReadBlobResponse>* BlobService::ReadBlob(
-    grpc::CallbackServerContext*, const v1::ReadBlobRequest* request) {
+    grpc::CallbackServerContext* context, const v1::ReadBlobRequest* request) {
+    if (auto* refused = access_->Refuse<grpc::ServerWriteReactor<v1::ReadBlobResponse>>(
+            context, {Role::kClient, Role::kWorker})) {
+        return refused;
+    }
     const auto fill = [this, sha256 = request->sha256(), offset = request->offset(),
                        first = true](v1::ReadBlobResponse* response) mutable {
         const store::BlobStore& blobs = coordinator_->blobs();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "relume/v1/blobs.grpc.pb.h"
+#include "server/rpc/access.h"
 #include "server/rpc/coordinator.h"
 
 namespace relume::server {
@@ -8,7 +9,9 @@ namespace relume::server {
 // Blobs up and down. All disk work is on the io thread.
 class BlobService final : public v1::BlobService::CallbackService {
   public:
-    explicit BlobService(Coordinator* coordinator) : coordinator_(coordinator) {}
+    // Both outlive the service.
+    BlobService(Coordinator* coordinator, const Access* access)
+        : coordinator_(coordinator), access_(access) {}
 
     grpc::ServerUnaryReactor* FindMissingBlobs(grpc::CallbackServerContext* context,
                                                const v1::FindMissingBlobsRequest* request,
@@ -20,6 +23,7 @@ class BlobService final : public v1::BlobService::CallbackService {
 
   private:
     Coordinator* coordinator_;
+    const Access* access_;
 };
 
 }  // namespace relume::server

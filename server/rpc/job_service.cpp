@@ -35,6 +35,9 @@ std::uint64_t ParseToken(const std::string& token) {
 grpc::ServerUnaryReactor* JobService::CreateJob(grpc::CallbackServerContext* context,
                                                 const v1::CreateJobRequest* request,
                                                 v1::CreateJobResponse* response) {
+    if (auto* refused = access_->Refuse<grpc::ServerUnaryReactor>(context, {Role::kClient})) {
+        return refused;
+    }
     grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
     // Checked on the io thread, which looks for the blobs; made on the control thread.
     coordinator_->io().Post([this, reactor, request, response] {
@@ -70,6 +73,9 @@ grpc::ServerUnaryReactor* JobService::CreateJob(grpc::CallbackServerContext* con
 grpc::ServerUnaryReactor* JobService::GetJob(grpc::CallbackServerContext* context,
                                              const v1::GetJobRequest* request,
                                              v1::GetJobResponse* response) {
+    if (auto* refused = access_->Refuse<grpc::ServerUnaryReactor>(context, {Role::kClient})) {
+        return refused;
+    }
     return Deferred(context, &coordinator_->control(), [this, request, response] {
         coordinator_->FillJob(coordinator_->queue().Get(request->name()), true,
                               response->mutable_job());
@@ -79,6 +85,9 @@ grpc::ServerUnaryReactor* JobService::GetJob(grpc::CallbackServerContext* contex
 grpc::ServerUnaryReactor* JobService::ListJobs(grpc::CallbackServerContext* context,
                                                const v1::ListJobsRequest* request,
                                                v1::ListJobsResponse* response) {
+    if (auto* refused = access_->Refuse<grpc::ServerUnaryReactor>(context, {Role::kClient})) {
+        return refused;
+    }
     return Deferred(context, &coordinator_->control(), [this, request, response] {
         if (request->page_size() < 0) {
             ThrowInvalidArgument(fmt::format("page size {} is negative", request->page_size()));
@@ -100,6 +109,9 @@ grpc::ServerUnaryReactor* JobService::ListJobs(grpc::CallbackServerContext* cont
 grpc::ServerUnaryReactor* JobService::CancelJob(grpc::CallbackServerContext* context,
                                                 const v1::CancelJobRequest* request,
                                                 v1::CancelJobResponse* response) {
+    if (auto* refused = access_->Refuse<grpc::ServerUnaryReactor>(context, {Role::kClient})) {
+        return refused;
+    }
     return Deferred(context, &coordinator_->control(), [this, request, response] {
         coordinator_->CancelJob(request->name());
         coordinator_->FillJob(coordinator_->queue().Get(request->name()), true,
@@ -109,12 +121,20 @@ grpc::ServerUnaryReactor* JobService::CancelJob(grpc::CallbackServerContext* con
 }
 
 grpc::ServerWriteReactor<v1::WatchJobResponse>* JobService::WatchJob(
-    grpc::CallbackServerContext*, const v1::WatchJobRequest* request) {
+    grpc::CallbackServerContext* context, const v1::WatchJobRequest* request) {
+    if (auto* refused = access_->Refuse<grpc::ServerWriteReactor<v1::WatchJobResponse>>(
+            context, {Role::kClient})) {
+        return refused;
+    }
     return JobWatcher::Start(coordinator_, request->name(), request->from_event());
 }
 
 grpc::ServerWriteReactor<v1::FetchResultResponse>* JobService::FetchResult(
-    grpc::CallbackServerContext*, const v1::FetchResultRequest* request) {
+    grpc::CallbackServerContext* context, const v1::FetchResultRequest* request) {
+    if (auto* refused = access_->Refuse<grpc::ServerWriteReactor<v1::FetchResultResponse>>(
+            context, {Role::kClient})) {
+        return refused;
+    }
     const auto file = std::make_shared<Coordinator::ResultFile>();
     const auto prepare = [this, file, name = request->name(), offset = request->offset()] {
         *file = coordinator_->ResultOf(name);
@@ -141,6 +161,9 @@ grpc::ServerWriteReactor<v1::FetchResultResponse>* JobService::FetchResult(
 grpc::ServerUnaryReactor* JobService::ListWorkers(grpc::CallbackServerContext* context,
                                                   const v1::ListWorkersRequest*,
                                                   v1::ListWorkersResponse* response) {
+    if (auto* refused = access_->Refuse<grpc::ServerUnaryReactor>(context, {Role::kClient})) {
+        return refused;
+    }
     return Deferred(context, &coordinator_->control(), [this, response] {
         for (const auto& worker : coordinator_->queue().Workers(coordinator_->Now())) {
             WorkerToProto(worker, response->add_workers());

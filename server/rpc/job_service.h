@@ -1,6 +1,7 @@
 #pragma once
 
 #include "relume/v1/jobs.grpc.pb.h"
+#include "server/rpc/access.h"
 #include "server/rpc/coordinator.h"
 
 namespace relume::server {
@@ -8,7 +9,9 @@ namespace relume::server {
 // Jobs for clients.
 class JobService final : public v1::JobService::CallbackService {
   public:
-    explicit JobService(Coordinator* coordinator) : coordinator_(coordinator) {}
+    // Both outlive the service.
+    JobService(Coordinator* coordinator, const Access* access)
+        : coordinator_(coordinator), access_(access) {}
 
     grpc::ServerUnaryReactor* CreateJob(grpc::CallbackServerContext* context,
                                         const v1::CreateJobRequest* request,
@@ -32,6 +35,7 @@ class JobService final : public v1::JobService::CallbackService {
 
   private:
     Coordinator* coordinator_;
+    const Access* access_;
 };
 
 }  // namespace relume::server

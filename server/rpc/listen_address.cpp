@@ -1,11 +1,11 @@
 #include "server/rpc/listen_address.h"
 
-#include <arpa/inet.h>
 #include <fmt/format.h>
 
 #include <charconv>
 
 #include "core/base/error.h"
+#include "core/trust/loopback.h"
 
 namespace relume::server {
 
@@ -33,17 +33,25 @@ ListenAddress ParseListenAddress(const std::string& text) {
     return address;
 }
 
-bool IsLoopback(const ListenAddress& address) {
-    if (address.host == "localhost") {
-        return true;
+bool IsLoopback(const ListenAddress& address) { return IsLoopbackHost(address.host); }
+
+void CheckExposure(const ListenAddress& address, bool tls, bool insecure, bool join_token) {
+    if (tls || IsLoopback(address)) {
+        return;
     }
-    in_addr v4{};
-    if (inet_pton(AF_INET, address.host.c_str(), &v4) == 1) {
-        return (ntohl(v4.s_addr) >> 24) == 127;
+    if (!insecure) {
+        ThrowInvalidArgument(
+            fmt::format("--listen {}: others could reach it and nothing is encrypted; give "
+                        "relume-server --tls-cert, --tls-key and --tls-ca (deploy/certs makes "
+                        "them), or --insecure if the network is trusted",
+                        ToString(address)));
     }
-    in6_addr v6{};
-    return inet_pton(AF_INET6, address.host.c_str(), &v6) == 1 &&
-           (IN6_IS_ADDR_LOOPBACK(&v6) || (IN6_IS_ADDR_V4MAPPED(&v6) && v6.s6_addr[12] == 127));
+    if (join_token) {
+        ThrowInvalidArgument(
+            fmt::format("--join-token: would cross the network to {} in the clear; give "
+                        "--tls-cert and --tls-key, too, or leave it out",
+                        ToString(address)));
+    }
 }
 
 std::string ToString(const ListenAddress& address) {

@@ -24,10 +24,23 @@ constexpr milliseconds kDrainTime{1500};  // for workers to finish their leases
 constexpr milliseconds kDrainInterval{20};
 constexpr milliseconds kGoodbyeTime{500};  // then calls are cut off
 
+std::shared_ptr<grpc::ServerCredentials> MakeCredentials(const TlsPems& tls) {
+    if (!tls.enabled()) {
+        return grpc::InsecureServerCredentials();
+    }
+    grpc::SslServerCredentialsOptions options(
+        tls.ca.empty() ? GRPC_SSL_DONT_REQUEST_CLIENT_CERTIFICATE
+                       : GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY);
+    options.pem_root_certs = tls.ca;
+    options.pem_key_cert_pairs.push_back({tls.key, tls.cert});
+    return grpc::SslServerCredentials(options);
+}
+
 }  // namespace
 
 Server::Server(const ServerOptions& options)
     : address_(options.listen),
+      access_(!options.tls.ca.empty(), options.join_token),
       metrics_address_(options.metrics),
       coordinator_(options.coordinator) {
     if (metrics_address_) {
@@ -47,7 +60,7 @@ Server::Server(const ServerOptions& options)
     builder.AddChannelArgument(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
     builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 5'000);
     builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxStreams);
-    builder.AddListeningPort(ToString(options.listen), grpc::InsecureServerCredentials(),
+    builder.AddListeningPort(ToString(options.listen), MakeCredentials(options.tls),
                              &address_.port);
     builder.RegisterService(&jobs_);
     builder.RegisterService(&blobs_);

@@ -6,7 +6,9 @@
 #include <optional>
 #include <string>
 
+#include "core/trust/tls_files.h"
 #include "server/metrics/endpoint.h"
+#include "server/rpc/access.h"
 #include "server/rpc/blob_service.h"
 #include "server/rpc/coordinator.h"
 #include "server/rpc/job_service.h"
@@ -17,11 +19,13 @@ namespace relume::server {
 
 struct ServerOptions {
     ListenAddress listen{"127.0.0.1", 0};
+    TlsPems tls;             // with a CA: callers need certificates, which tell their roles
+    std::string join_token;  // that workers must show; "": none
     CoordinatorOptions coordinator;
     std::optional<ListenAddress> metrics;  // for Prometheus, by HTTP; none: nowhere
 };
 
-// A coordinator that listens: its services, health and reflection. Without TLS.
+// A coordinator that listens: its services, health and reflection.
 class Server {
   public:
     // Serves when it returns. Throws kUnavailable if it can't listen there.
@@ -36,11 +40,12 @@ class Server {
 
   private:
     ListenAddress address_;
+    const Access access_;
     std::optional<ListenAddress> metrics_address_;
     Coordinator coordinator_;
-    JobService jobs_{&coordinator_};
-    BlobService blobs_{&coordinator_};
-    WorkService work_{&coordinator_};
+    JobService jobs_{&coordinator_, &access_};
+    BlobService blobs_{&coordinator_, &access_};
+    WorkService work_{&coordinator_, &access_};
     std::unique_ptr<metrics::Endpoint> metrics_;
     std::unique_ptr<grpc::Server> server_;
 };

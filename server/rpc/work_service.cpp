@@ -5,7 +5,11 @@
 namespace relume::server {
 
 grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>* WorkService::Work(
-    grpc::CallbackServerContext*) {
+    grpc::CallbackServerContext* context) {
+    using Reactor = grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>;
+    if (auto* refused = access_->RefuseWorker<Reactor>(context)) {
+        return refused;
+    }
     return WorkSession::Start(coordinator_);
 }
 

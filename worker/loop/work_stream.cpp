@@ -2,11 +2,17 @@
 
 #include <utility>
 
+#include "core/trust/join_token.h"
+
 namespace relume::worker {
 
-std::shared_ptr<WorkStream> WorkStream::Open(v1::WorkerService::Stub* stub, Handler handler) {
+std::shared_ptr<WorkStream> WorkStream::Open(v1::WorkerService::Stub* stub,
+                                             const std::string& join_token, Handler handler) {
     std::shared_ptr<WorkStream> stream(new WorkStream(std::move(handler)));
     stream->self_ = stream;
+    if (!join_token.empty()) {
+        stream->context_.AddMetadata(kJoinTokenKey, join_token);
+    }
     stub->async()->Work(&stream->context_, stream.get());
     stream->AddHold();
     stream->StartRead(&stream->incoming_);

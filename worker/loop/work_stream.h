@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <string>
 
 #include "relume/v1/work.grpc.pb.h"
 
@@ -22,9 +23,10 @@ class WorkStream final : public grpc::ClientBidiReactor<v1::WorkRequest, v1::Wor
         std::function<void(const grpc::Status&)> on_closed;
     };
 
-    // Opens the stream. It keeps itself alive until on_closed is called; the channel must live
-    // until then.
-    static std::shared_ptr<WorkStream> Open(v1::WorkerService::Stub* stub, Handler handler);
+    // Opens the stream, showing the join token unless it is "". It keeps itself alive until
+    // on_closed is called; the channel must live until then.
+    static std::shared_ptr<WorkStream> Open(v1::WorkerService::Stub* stub,
+                                            const std::string& join_token, Handler handler);
 
     // Dropped if the stream is closed.
     void Send(v1::WorkRequest message);

@@ -11,6 +11,8 @@
 #include "core/base/error.h"
 #include "core/base/log.h"
 #include "core/film/aov.h"
+#include "core/trust/loopback.h"
+#include "proto/channel/credentials.h"
 #include "proto/codec/codec.h"
 #include "proto/codec/protocol.h"
 #include "proto/codec/status.h"
@@ -26,7 +28,7 @@ constexpr double kMinBackoffSeconds = 0.1, kMaxBackoffSeconds = 5;
 // Enough that a thread never waits for the wire, few enough that a pass ends evenly.
 constexpr int kLeasesPerThread = 3;
 
-std::shared_ptr<grpc::Channel> MakeChannel(const std::string& server) {
+std::shared_ptr<grpc::Channel> MakeChannel(const std::string& server, const TlsPems& tls) {
     grpc::ChannelArguments arguments;
     arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 20'000);
     arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
@@ -34,14 +36,25 @@ std::shared_ptr<grpc::Channel> MakeChannel(const std::string& server) {
     arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
     arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 100);
     arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 5'000);
-    return grpc::CreateCustomChannel(server, grpc::InsecureChannelCredentials(), arguments);
+    return grpc::CreateCustomChannel(server, channel::MakeCredentials(tls), arguments);
+}
+
+WorkerOptions Checked(WorkerOptions options) {
+    if (!options.join_token.empty() && !options.tls.enabled() &&
+        !IsLoopbackHost(SplitHostPort(options.server).first)) {
+        ThrowInvalidArgument(
+            fmt::format("--join-token: would cross the network to {} in the clear; give --tls-ca, "
+                        "too",
+                        options.server));
+    }
+    return options;
 }
 
 }  // namespace
 
 Worker::Worker(WorkerOptions options, SceneLoader loader)
-    : options_(std::move(options)),
-      channel_(MakeChannel(options_.server)),
+    : options_(Checked(std::move(options))),
+      channel_(MakeChannel(options_.server, options_.tls)),
       work_stub_(v1::WorkerService::NewStub(channel_)),
       cache_(options_.cache_folder, options_.cache_bytes) {
     JobScenes::Handler handler;
@@ -123,9 +136,17 @@ void Worker::Run() {
             said = false;
         }
         if (!said) {
-            spdlog::warn("{}; trying again until it answers",
-                         status.ok() ? options_.server + ": the server has ended the connection"
-                                     : codec::FromStatus(status, options_.server).what());
+            const Error why = status.ok()
+                                  ? Error(ErrorCode::kUnavailable,
+                                          options_.server + ": the server has ended the connection")
+                                  : channel::ExplainStatus(status, options_.server, options_.tls);
+            // Who was let in before has the right credentials: what is wrong may be set right at
+            // the server.
+            if (!let_in_ && (why.code() == ErrorCode::kPermissionDenied ||
+                             why.code() == ErrorCode::kUnauthenticated)) {
+                throw why;
+            }
+            spdlog::warn("{}; trying again until it answers", why.what());
             said = true;
         }
         Event event;
@@ -136,13 +157,13 @@ void Worker::Run() {
 
 grpc::Status Worker::Serve() {
     welcomed_ = draining_ = false;
-    const auto stream =
-        WorkStream::Open(work_stub_.get(), {[this](v1::WorkResponse message) {
-                                                Post({Event::kMessage, std::move(message), {}});
-                                            },
-                                            [this](const grpc::Status& status) {
-                                                Post({Event::kClosed, {}, status});
-                                            }});
+    const auto stream = WorkStream::Open(work_stub_.get(), options_.join_token,
+                                         {[this](v1::WorkResponse message) {
+                                              Post({Event::kMessage, std::move(message), {}});
+                                          },
+                                          [this](const grpc::Status& status) {
+                                              Post({Event::kClosed, {}, status});
+                                          }});
     {
         const std::lock_guard lock(mutex_);
         stream_ = stream;
@@ -208,7 +229,7 @@ void Worker::SayHello() {
 void Worker::Handle(const v1::WorkResponse& message) {
     switch (message.message_case()) {
         case v1::WorkResponse::kWelcome:
-            welcomed_ = true;
+            welcomed_ = let_in_ = true;
             report_seconds_ = std::clamp(message.welcome().report_seconds(), 0.05, 60.0);
             SetLogWorker(message.welcome().name());
             spdlog::info("works for {} as {} with {} threads", options_.server,

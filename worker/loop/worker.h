@@ -10,6 +10,7 @@
 #include <thread>
 #include <vector>
 
+#include "core/trust/tls_files.h"
 #include "relume/v1/work.grpc.pb.h"
 #include "worker/loop/blob_cache.h"
 #include "worker/loop/job_scenes.h"
@@ -26,17 +27,21 @@ struct WorkerOptions {
     std::string isa;     // of the numeric class
     std::filesystem::path cache_folder;
     std::uint64_t cache_bytes = std::uint64_t{8} << 30;
+    TlsPems tls;
+    std::string join_token;  // shown to the server; "": none
 };
 
 // Works for one server until told to stop: takes leases, renders them, sends results; reconnects
 // for ever when the server is away.
 class Worker {
   public:
+    // Throws kInvalidArgument if a join token would cross a network in the clear.
     Worker(WorkerOptions options, SceneLoader loader);
     ~Worker();
 
     // Returns after Stop, or when the server wants it to leave for good. Throws kFailedPrecondition
-    // if the server refuses this version.
+    // if the server refuses this version, kPermissionDenied or kUnauthenticated if it or TLS does
+    // not let this worker in that it never had let in before.
     void Run();
 
     // Thread-safe. Leases not begun go back, those running get kDrainSeconds to finish and then go
@@ -85,6 +90,7 @@ class Worker {
     // Of the control thread.
     double report_seconds_ = 1;
     bool welcomed_ = false;  // by the current stream
+    bool let_in_ = false;    // by any stream
     bool draining_ = false;  // no more leases wanted from it
     bool leaving_ = false;   // for good
 

@@ -11,11 +11,17 @@ BIN, SOURCE = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
 ROOM = SOURCE / 'scenes' / 'room' / 'room.gltf'
 
 
-def relume(*arguments, server=None, check=True, cwd=None):
-    """Runs a command to its end; RELUME_SERVER is `server`, or unset."""
-    env = {k: v for k, v in os.environ.items() if k != 'RELUME_SERVER'}
+def environment(server=None, more=None):
+    """This process's without what tells of servers; RELUME_SERVER is `server`, or unset."""
+    env = {k: v for k, v in os.environ.items() if not k.startswith('RELUME_')}
     if server:
         env['RELUME_SERVER'] = server
+    return {**env, **{k: str(v) for k, v in (more or {}).items()}}
+
+
+def relume(*arguments, server=None, check=True, cwd=None, env=None):
+    """Runs a command to its end; RELUME_SERVER is `server`, or unset; `env` adds to the environment."""
+    env = environment(server, env)
     run = subprocess.run([BIN / 'relume', *map(str, arguments)], env=env, cwd=cwd, text=True,
                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=240)
     if check and run.returncode != 0:
@@ -26,18 +32,21 @@ def relume(*arguments, server=None, check=True, cwd=None):
 class Farm:
     """A server and workers that this test can kill. A context manager: all are gone at its end."""
 
-    def __init__(self):
+    def __init__(self, *server_options, log=None):
+        """`log`: a file that gets what the server logs from level info on."""
         self.folder = pathlib.Path(tempfile.mkdtemp())
         self.server = subprocess.Popen(
             [BIN / 'relume-server', '--listen', '127.0.0.1:0', '--data', self.folder / 'data',
-             f'--with-parent={os.getpid()}', '--log-level', 'error'], stdout=subprocess.PIPE, text=True)
+             f'--with-parent={os.getpid()}', '--log-level', 'info' if log else 'error', *map(str, server_options)],
+            env=environment(), stdout=subprocess.PIPE, stderr=log, text=True)
         self.address = self.server.stdout.readline().split()[-1]
         self.workers = []
 
-    def start_worker(self):
+    def start_worker(self, *options):
         worker = subprocess.Popen(
             [BIN / 'relume-worker', '--server', self.address, '--threads', '1', '--log-level', 'error',
-             '--cache', self.folder / f'cache{len(self.workers)}', f'--with-parent={os.getpid()}'])
+             '--cache', self.folder / f'cache{len(self.workers)}', f'--with-parent={os.getpid()}', *map(str, options)],
+            env=environment())
         self.workers.append(worker)
         return worker
 

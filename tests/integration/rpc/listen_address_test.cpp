@@ -30,5 +30,14 @@ TEST(ListenAddress, KnowsWhoCanReachIt) {
     }
 }
 
+TEST(ListenAddress, IsOpenToOthersOnlyEncryptedOrIfToldSo) {
+    const ListenAddress here{"127.0.0.1", 1}, open{"0.0.0.0", 1};
+    EXPECT_NO_THROW(CheckExposure(here, false, false, true));
+    EXPECT_NO_THROW(CheckExposure(open, true, false, true));
+    EXPECT_NO_THROW(CheckExposure(open, false, true, false));
+    EXPECT_THROW(CheckExposure(open, false, false, false), Error);
+    EXPECT_THROW(CheckExposure(open, false, true, true), Error);
+}
+
 }  // namespace
 }  // namespace relume::server

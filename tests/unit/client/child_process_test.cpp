@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <csignal>
+#include <cstdlib>
 
 #include "core/base/error.h"
 
@@ -28,6 +29,20 @@ TEST(ChildProcess, GivesItsLinesInOrderThenNothing) {
 TEST(ChildProcess, PassesArgumentsUnchanged) {
     ChildProcess child("/bin/sh", {"-c", "echo \"$1|$2\"", "sh", "a b", "*"}, false);
     EXPECT_EQ(child.ReadLine(kLong), "a b|*");
+}
+
+TEST(ChildProcess, IsNotToldHowToReachServers) {
+    for (const char* name : {"RELUME_TLS_CA", "RELUME_TLS_CERT", "RELUME_TLS_KEY",
+                             "RELUME_JOIN_TOKEN", "RELUME_OTHER"}) {
+        setenv(name, "x", 1);
+    }
+    ChildProcess child("/bin/sh", {"-c", "env | grep -c RELUME_; echo $RELUME_OTHER"}, false);
+    EXPECT_EQ(child.ReadLine(kLong), "1");
+    EXPECT_EQ(child.ReadLine(kLong), "x");
+    for (const char* name : {"RELUME_TLS_CA", "RELUME_TLS_CERT", "RELUME_TLS_KEY",
+                             "RELUME_JOIN_TOKEN", "RELUME_OTHER"}) {
+        unsetenv(name);
+    }
 }
 
 TEST(ChildProcess, LastWordsTellExitCodeAndLastLineOfStderr) {

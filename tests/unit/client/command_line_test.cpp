@@ -28,7 +28,10 @@ Outcome RunCommand(std::vector<std::string> arguments) {
     for (auto& argument : arguments) {
         argv.push_back(argument.data());
     }
-    unsetenv("RELUME_SERVER");
+    for (const char* name :
+         {"RELUME_SERVER", "RELUME_TLS_CA", "RELUME_TLS_CERT", "RELUME_TLS_KEY"}) {
+        unsetenv(name);
+    }
     static Interrupts interrupts;
     testing::internal::CaptureStdout();
     testing::internal::CaptureStderr();
@@ -72,6 +75,9 @@ TEST(CommandLine, RefusesInOneLineThatSaysWhereToLook) {
     ExpectRefused({"verify", "x.exr", "s.gltf", "--pixels", "1"}, kExitUsage, "1000000");
     ExpectRefused({"jobs"}, kExitUsage, "RELUME_SERVER");
     ExpectRefused({"jobs", "--server", "localhost"}, kExitUsage, "localhost:7878");
+    ExpectRefused({"jobs", "--server", "a:1", "--tls-cert", "c.pem"}, kExitUsage, "--tls-key");
+    ExpectRefused({"jobs", "--server", "a:1", "--tls-ca", "no.pem"}, kExitUsage,
+                  "--tls-ca no.pem: can't open");
     ExpectRefused({"help", "foo"}, kExitUsage, "exit-codes");
 }
 

@@ -11,6 +11,8 @@ TEST(FromStatus, KeepsTheKindAndIsOneLine) {
         {grpc::StatusCode::INVALID_ARGUMENT, ErrorCode::kInvalidArgument},
         {grpc::StatusCode::NOT_FOUND, ErrorCode::kNotFound},
         {grpc::StatusCode::ALREADY_EXISTS, ErrorCode::kAlreadyExists},
+        {grpc::StatusCode::PERMISSION_DENIED, ErrorCode::kPermissionDenied},
+        {grpc::StatusCode::UNAUTHENTICATED, ErrorCode::kUnauthenticated},
         {grpc::StatusCode::FAILED_PRECONDITION, ErrorCode::kFailedPrecondition},
         {grpc::StatusCode::RESOURCE_EXHAUSTED, ErrorCode::kResourceExhausted},
         {grpc::StatusCode::UNAVAILABLE, ErrorCode::kUnavailable},

@@ -340,6 +340,39 @@ TEST_F(WorkerTest, ARefusalEndsItWithTheReason) {
     }
 }
 
+TEST_F(WorkerTest, WhoIsNotLetInAtFirstEndsAndWhoWasOnceComesBack) {
+    for (const auto code :
+         {grpc::StatusCode::PERMISSION_DENIED, grpc::StatusCode::UNAUTHENTICATED}) {
+        server.RefuseWith({code, "not you"});
+        Start();
+        try {
+            running.get();
+            FAIL() << "it stays";
+        } catch (const Error& error) {
+            EXPECT_THAT(error.what(), HasSubstr("not you"));
+            EXPECT_THAT(error.what(), HasSubstr(server.address()));
+        }
+    }
+    Start();
+    TakeHello();
+    EXPECT_TRUE(server.Next(true).has_report());  // so it was welcomed
+    server.RefuseWith({grpc::StatusCode::PERMISSION_DENIED, "not now"});
+    server.Break();
+    TakeHello();
+}
+
+TEST_F(WorkerTest, AJoinTokenDoesNotCrossANetworkInTheClear) {
+    WorkerOptions options;
+    options.cache_folder = folder.path();
+    options.join_token = "0123456789abcdef";
+    for (const char* address : {"farm:7878", "10.0.0.1:7878", "dns:///localhost:1", "unix:x"}) {
+        options.server = address;
+        EXPECT_THROW(Worker(options, {}), Error) << address;
+    }
+    options.server = "127.0.0.1:1";
+    EXPECT_NO_THROW(Worker(options, {}));
+}
+
 TEST_F(WorkerTest, StopsWhileTheServerIsAway) {
     WorkerOptions options;
     options.server = "127.0.0.1:1";  // nobody

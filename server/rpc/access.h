@@ -1,0 +1,68 @@
+#pragma once
+
+#include <grpcpp/server_context.h>
+#include <grpcpp/support/server_callback.h>
+
+#include <initializer_list>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace relume::server {
+
+// What a caller's certificate says that it is.
+enum class Role { kWorker, kClient, kAdmin };
+
+// "worker", ...
+const char* ToString(Role role);
+
+// By a certificate's URI name, spiffe://TRUST-DOMAIN/relume/ROLE; nothing for any other. The trust
+// domain is not looked at: the server's CA is believed.
+std::optional<Role> RoleOfUri(std::string_view uri);
+
+// Who is let in to what. Thread-safe.
+class Access {
+  public:
+    // `roles`: callers come with certificates, and each call is for some roles alone; else for
+    // everybody. `join_token`: workers show this one, too, or "": none is asked for.
+    Access(bool roles, std::string join_token)
+        : roles_(roles), join_token_(std::move(join_token)) {}
+
+    // A reactor that ends the call if its caller has none of the `allowed` roles, and null if it
+    // has; an admin may call everything. A refusal is logged with the caller's address and name.
+    template <typename Reactor>
+    Reactor* Refuse(grpc::CallbackServerContext* context,
+                    std::initializer_list<Role> allowed) const {
+        const grpc::Status status = CheckRole(*context, allowed);
+        return status.ok() ? nullptr : new Refused<Reactor>(status);
+    }
+    // The same for a worker's stream, with the join token.
+    template <typename Reactor>
+    Reactor* RefuseWorker(grpc::CallbackServerContext* context) const {
+        grpc::Status status = CheckRole(*context, {Role::kWorker});
+        status = status.ok() ? CheckToken(*context) : status;
+        return status.ok() ? nullptr : new Refused<Reactor>(status);
+    }
+
+  private:
+    // Says no and deletes itself.
+    template <typename Reactor>
+    class Refused final : public Reactor {
+      public:
+        explicit Refused(const grpc::Status& status) { this->Finish(status); }
+        void OnDone() override { delete this; }
+    };
+
+    grpc::Status CheckRole(const grpc::CallbackServerContext& context,
+                           std::initializer_list<Role> allowed) const;
+    grpc::Status CheckToken(const grpc::CallbackServerContext& context) const;
+
+    const bool roles_;
+    const std::string join_token_;
+};
+
+// Takes what gRPC has to say: TLS handshakes that failed, which it tells of nowhere else, are
+// logged as warnings, the rest, which is for its developers, at debug level.
+void LogGrpcMessage(const char* message);
+
+}  // namespace relume::server
