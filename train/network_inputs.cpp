@@ -17,6 +17,7 @@
 #include "core/image/exr.h"
 #include "server/denoise/denoiser.h"
 #include "server/denoise/frame.h"
+#include "server/denoise/halves.h"
 #include "server/denoise/net_inputs.h"
 
 namespace {
@@ -28,10 +29,14 @@ struct Options {
     std::string input, reference, output;
     std::vector<std::string> candidates;
     int threads = 0;
+    int half = -1;  // -1: the whole frame
 };
 
 void Write(const Options& options) {
-    const Frame frame = FrameFromImage(ReadExr(options.input), nullptr);
+    Frame frame = FrameFromImage(ReadExr(options.input), nullptr);
+    if (options.half >= 0) {
+        frame = HalfFrame(frame, options.half);
+    }
     NetCandidates candidates{};
     std::map<std::size_t, Result> results;
     nlohmann::json names = nlohmann::json::array();
@@ -97,6 +102,9 @@ int main(int argc, char** argv) {
     app.add_option("--candidates", options.candidates, "beside none and bilateral")
         ->delimiter(',')
         ->capture_default_str();
+    app.add_option("--half", options.half,
+                   "of the samples alone, 0 or 1: filters are tried on them")
+        ->check(CLI::Range(0, 1));
     app.add_option("--threads", options.threads, "0: all");
     CLI11_PARSE(app, argc, argv);
     try {
