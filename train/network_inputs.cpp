@@ -1,10 +1,13 @@
 // relume-network-inputs: what the network of `net` sees of a frame, and the candidates that it
 // mixes, for training. One line of JSON (width, height, inputs, candidates, reference, spp), then
 // float32 planes, little-endian, row-major: the inputs, R G B of each candidate, and of the
-// reference if one is given.
+// reference if one is given, then the extras: what other networks see beside these, variances of
+// the pixel's mean (colour, albedo, normal: mean of the channels; depth relative to the largest)
+// and that depth.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <fstream>
 #include <map>
@@ -32,6 +35,35 @@ struct Options {
     int half = -1;  // -1: the whole frame
 };
 
+std::vector<std::pair<std::string, Plane>> Extras(const Frame& frame) {
+    const std::size_t size = frame.pixel_count();
+    const auto variance = [&](int first, int count, float scale) {
+        Plane plane(size, 0.0f);
+        for (int f = first; f < first + count && !frame.feature_variance[f].empty(); ++f) {
+            for (std::size_t i = 0; i < size; ++i) {
+                const float n = frame.count.empty() ? 1.0f : std::max(frame.count[i], 1.0f);
+                plane[i] += scale * frame.feature_variance[f][i] / (n * static_cast<float>(count));
+            }
+        }
+        return plane;
+    };
+    Plane color(size), depth = frame.feature[kDepth];
+    for (std::size_t i = 0; i < size; ++i) {
+        color[i] = (frame.variance[0][i] + frame.variance[1][i] + frame.variance[2][i]) / 3;
+    }
+    depth.resize(size);
+    const float largest = size > 0 ? *std::ranges::max_element(depth) : 0.0f;
+    const float scale = largest > 0 ? 1 / largest : 0.0f;
+    for (float& d : depth) {
+        d *= scale;
+    }
+    return {{"color_variance", std::move(color)},
+            {"albedo_variance", variance(kAlbedoR, 3, 1)},
+            {"normal_variance", variance(kNormalX, 3, 1)},
+            {"depth", std::move(depth)},
+            {"depth_variance", variance(kDepth, 1, scale * scale)}};
+}
+
 void Write(const Options& options) {
     Frame frame = FrameFromImage(ReadExr(options.input), nullptr);
     if (options.half >= 0) {
@@ -53,7 +85,13 @@ void Write(const Options& options) {
     for (const float count : frame.count) {
         samples += count;
     }
+    const std::vector<std::pair<std::string, Plane>> extras = Extras(frame);
+    nlohmann::json extra_names = nlohmann::json::array();
+    for (const auto& [name, plane] : extras) {
+        extra_names.push_back(name);
+    }
     const nlohmann::json header = {
+        {"extras", extra_names},
         {"width", frame.width},
         {"height", frame.height},
         {"inputs", NetInputNames()},
@@ -84,6 +122,9 @@ void Write(const Options& options) {
         for (const char* channel : {"R", "G", "B"}) {
             write(reference.Plane(channel));
         }
+    }
+    for (const auto& [name, plane] : extras) {
+        write(plane);
     }
     if (!out.flush()) {
         ThrowInvalidArgument(options.output + ": can't be written");

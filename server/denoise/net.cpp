@@ -6,9 +6,11 @@
 // they are from the noisy image over its noise, and the features (net_inputs.h). Its outputs are
 // weights by softmax: the result lies between the candidates, one of which is the noisy image.
 //
-//   candidates   beside the noisy image and bilateral:mode=robust, which are always there: of rd,
-//                nfor and oidn, joined by '-'; "none": none. Default: rd-nfor, and oidn if its
-//                weights are there
+//   candidates          beside the noisy image and bilateral:mode=robust, which are always there:
+//   of
+//                       rd, nfor and oidn, joined by '-'; "none": none. Default: rd-nfor, and oidn
+//                       if its weights are there
+//   bilateral-without   features that the bilateral filter is not to look at, as `without`
 //
 // The estimated error is the weighted mean of the candidates' own, an upper bound where they are
 // right (Jensen); unset if oidn, which has none, is among them.
@@ -29,12 +31,14 @@
 #include "server/denoise/denoiser.h"
 #include "server/denoise/network/network.h"
 #include "server/denoise/network/weights.h"
+#include "server/denoise/oidn.h"
 
 namespace relume::denoise {
 namespace {
 
 constexpr const char* kWeights = "relume_blend";  // their name
 constexpr std::size_t kPixels = 4096;             // a task
+constexpr std::size_t kBilateral = 1;             // its slot
 
 // train/model.py has the same.
 GraphSpec Graph() {
@@ -106,23 +110,19 @@ void Normalise(const NetCandidates& candidates, std::array<Plane, kNetSlotCount>
     }
 }
 
-bool IsThere(const NetParts& parts, std::size_t slot) {
-    const std::string name = kNetSlots[slot].name;
-    return slot < 2 || (name == "rd" && parts.rd) || (name == "nfor" && parts.nfor) ||
-           (name == "oidn" && parts.oidn);
-}
-
 class Net final : public Denoiser {
   public:
-    explicit Net(const NetParts& parts) : parts_(parts) {
+    Net(const NetParts& parts, std::string without) : parts_(parts), without_(std::move(without)) {
         for (std::size_t k = 0; k < kNetSlotCount; ++k) {
-            if (IsThere(parts, k)) {
-                candidates_[k] = MakeDenoiser(kNetSlots[k].filter);
+            if (parts[k]) {
+                const std::string blind =
+                    k == kBilateral && !without_.empty() ? ",without=" + without_ : "";
+                candidates_[k] = MakeDenoiser(kNetSlots[k].filter + blind);
             }
         }
     }
 
-    std::string Describe() const override { return NetName(parts_); }
+    std::string Describe() const override { return NetName(parts_, without_); }
 
     Result Reconstruct(const Frame& frame, const CancelToken& cancel) const override {
         std::array<Result, kNetSlotCount> results;
@@ -160,50 +160,48 @@ class Net final : public Denoiser {
 
   private:
     NetParts parts_;
+    std::string without_;
     std::array<std::unique_ptr<Denoiser>, kNetSlotCount> candidates_;
 };
 
-bool HasOidn() {
-    try {
-        (void)MakeDenoiser("oidn");
-        return true;
-    } catch (const Error&) {
-        return false;  // no weights
-    }
-}
-
 NetParts ParseParts(const std::string& text) {
-    NetParts parts;
-    if (text == "none") {
-        return parts;
-    }
-    std::istringstream words(text);
+    NetParts parts = {true, true};
+    std::istringstream words(text == "none" ? "" : text);
     for (std::string word; std::getline(words, word, '-');) {
-        bool* part = word == "rd"     ? &parts.rd
-                     : word == "nfor" ? &parts.nfor
-                     : word == "oidn" ? &parts.oidn
-                                      : nullptr;
-        if (part == nullptr || *part) {
-            ThrowInvalidArgument(fmt::format(
-                "filter 'net': candidates={}: known are rd, nfor, oidn, each once, joined by '-', "
-                "and none",
-                text));
+        std::size_t k = kBilateral + 1;
+        while (k < kNetSlotCount && word != kNetSlots[k].name) {
+            ++k;
         }
-        *part = true;
+        if (k == kNetSlotCount || parts[k]) {
+            ThrowInvalidArgument(
+                fmt::format("filter 'net': candidates={}: known are rd, nfor, oidn, each once, "
+                            "joined by '-', and none",
+                            text));
+        }
+        parts[k] = true;
     }
     return parts;
 }
 
-}  // namespace
-
-std::string NetName(const NetParts& parts) {
+std::string JoinNames(const NetParts& parts) {
     std::string names;
-    for (std::size_t k = 2; k < kNetSlotCount; ++k) {
-        if (IsThere(parts, k)) {
+    for (std::size_t k = kBilateral + 1; k < kNetSlotCount; ++k) {
+        if (parts[k]) {
             names += (names.empty() ? "" : "-") + std::string(kNetSlots[k].name);
         }
     }
-    return "net:candidates=" + (names.empty() ? "none" : names);
+    return names.empty() ? "none" : names;
+}
+
+}  // namespace
+
+bool HasNetSlot(std::size_t slot) {
+    return kNetSlots[slot].filter != std::string("oidn") || HasOidnWeights();
+}
+
+std::string NetName(const NetParts& parts, const std::string& without) {
+    return "net:candidates=" + JoinNames(parts) +
+           (without.empty() ? "" : ",bilateral-without=" + without);
 }
 
 NetMix MixByNetwork(const Frame& frame, const NetCandidates& candidates,
@@ -229,8 +227,12 @@ NetMix MixByNetwork(const Frame& frame, const NetCandidates& candidates,
 }
 
 std::unique_ptr<Denoiser> MakeNet(const ParamSet& params) {
-    const std::string otherwise = HasOidn() ? "rd-nfor-oidn" : "rd-nfor";
-    return std::make_unique<Net>(ParseParts(params.GetString("candidates", otherwise)));
+    NetParts all;
+    for (std::size_t k = 0; k < kNetSlotCount; ++k) {
+        all[k] = HasNetSlot(k);
+    }
+    return std::make_unique<Net>(ParseParts(params.GetString("candidates", JoinNames(all))),
+                                 params.GetString("bilateral-without", ""));
 }
 
 }  // namespace relume::denoise

@@ -9,14 +9,14 @@
 
 namespace relume::denoise {
 
-// Which of kNetSlots beside the noisy and the bilateral candidate, which `net` always has.
-struct NetParts {
-    bool rd = false, nfor = false, oidn = false;
-    bool operator==(const NetParts&) const = default;
-};
+// Which of kNetSlots. The first two, the noisy and the bilateral candidate, are always there.
+using NetParts = std::array<bool, kNetSlotCount>;
 
-// "net:candidates=rd-nfor".
-std::string NetName(const NetParts& parts);
+// Whether what that candidate needs is there: the weights of a network that is not ours.
+bool HasNetSlot(std::size_t slot);
+
+// "net:candidates=rd-nfor"; `without`: what the bilateral filter is blind to, "" or "albedo-depth".
+std::string NetName(const NetParts& parts, const std::string& without);
 
 // What the network makes of candidates that are there already: a mean of them, whose weights are a
 // pixel's own.
