@@ -23,8 +23,8 @@
 #include <vector>
 
 #include "core/base/error.h"
-#include "core/base/param_set.h"
 #include "core/base/parallel.h"
+#include "core/base/param_set.h"
 #include "server/denoise/cancelled.h"
 #include "server/denoise/crop_frame.h"
 #include "server/denoise/kpcn_inputs.h"
@@ -37,7 +37,7 @@ namespace relume::denoise {
 namespace {
 
 constexpr std::size_t kMostLogits = std::size_t{32} << 20;  // of a tile
-constexpr float kSureBlur = 4;  // pixels: SURE of one pixel is mostly noise (methods 1.5)
+constexpr float kSureBlur = 4;    // pixels: SURE of one pixel is mostly noise (methods 1.5)
 constexpr std::size_t kRows = 4;  // a task
 
 // Index of a pixel at `p` in a mirrored row: ... 2 1 0 1 2 ... n-2 n-1 n-2 ...
@@ -89,8 +89,7 @@ class Kpcn final : public Denoiser {
 
   private:
     void FilterTile(const Frame& frame, const TileRect& inner, int halo, float depth_scale,
-                    const CancelToken& cancel,
-                    const std::array<Plane*, kKpcnOutputs>& out) const {
+                    const CancelToken& cancel, const std::array<Plane*, kKpcnOutputs>& out) const {
         ThrowIfCancelled(cancel);
         const TileRect area = {std::max(inner.x0 - halo, 0), std::max(inner.y0 - halo, 0),
                                std::min(inner.x1 + halo, frame.width),
@@ -180,40 +179,42 @@ void ApplyKpcnKernels(std::span<const Plane> logits, const KpcnArea& tile, KpcnK
         padded[c].assign(static_cast<std::size_t>(stride * rows), 0.0f);
         for (std::ptrdiff_t v = 0; v < rows; ++v) {
             const int y = Mirror(inner.y0 - radius + static_cast<int>(v), tile.frame_height);
-            const float* from = tile.image[c] +
-                                static_cast<std::ptrdiff_t>(y - tile.area.y0) * tile.area.width();
+            const float* from =
+                tile.image[c] + static_cast<std::ptrdiff_t>(y - tile.area.y0) * tile.area.width();
             for (int u = 0; u < inner.width() + 2 * radius; ++u) {
                 const int x = Mirror(inner.x0 - radius + u, tile.frame_width);
                 padded[c][static_cast<std::size_t>(v * stride + u)] = from[x - tile.area.x0];
             }
         }
     }
-    ParallelFor(0, static_cast<std::size_t>(inner.height()), kRows, [&](std::size_t begin,
-                                                                        std::size_t end) {
-        std::vector<float> block(logits.size() * kKpcnBlock);
-        float filtered[kKpcnOutputs * kKpcnBlock];
-        for (auto row = static_cast<int>(begin); row < static_cast<int>(end); ++row) {
-            const int y = inner.y0 + row;
-            for (int x = inner.x0; x < inner.x1; x += kKpcnBlock) {
-                const int width = std::min(kKpcnBlock, inner.x1 - x);
-                const std::ptrdiff_t at =
-                    static_cast<std::ptrdiff_t>(y - tile.area.y0) * tile.area.width() + x -
-                    tile.area.x0;
-                for (std::size_t k = 0; k < logits.size(); ++k) {
-                    std::copy_n(logits[k].data() + at, width, block.data() + k * kKpcnBlock);
-                }
-                const std::ptrdiff_t middle = (row + radius) * stride + radius + x - inner.x0;
-                const float* const image[3] = {padded[0].data() + middle, padded[1].data() + middle,
-                                               padded[2].data() + middle};
-                kernel(block.data(), kKpcnBlock, image, stride, radius, filtered);
-                for (std::size_t s = 0; s < kKpcnOutputs; ++s) {
-                    std::copy_n(filtered + s * kKpcnBlock, width,
-                                out[s]->data() +
-                                    static_cast<std::ptrdiff_t>(y) * tile.frame_width + x);
+    ParallelFor(
+        0, static_cast<std::size_t>(inner.height()), kRows,
+        [&](std::size_t begin, std::size_t end) {
+            std::vector<float> block(logits.size() * kKpcnBlock);
+            float filtered[kKpcnOutputs * kKpcnBlock];
+            for (auto row = static_cast<int>(begin); row < static_cast<int>(end); ++row) {
+                const int y = inner.y0 + row;
+                for (int x = inner.x0; x < inner.x1; x += kKpcnBlock) {
+                    const int width = std::min(kKpcnBlock, inner.x1 - x);
+                    const std::ptrdiff_t at =
+                        static_cast<std::ptrdiff_t>(y - tile.area.y0) * tile.area.width() + x -
+                        tile.area.x0;
+                    for (std::size_t k = 0; k < logits.size(); ++k) {
+                        std::copy_n(logits[k].data() + at, width, block.data() + k * kKpcnBlock);
+                    }
+                    const std::ptrdiff_t middle = (row + radius) * stride + radius + x - inner.x0;
+                    const float* const image[3] = {padded[0].data() + middle,
+                                                   padded[1].data() + middle,
+                                                   padded[2].data() + middle};
+                    kernel(block.data(), kKpcnBlock, image, stride, radius, filtered);
+                    for (std::size_t s = 0; s < kKpcnOutputs; ++s) {
+                        std::copy_n(
+                            filtered + s * kKpcnBlock, width,
+                            out[s]->data() + static_cast<std::ptrdiff_t>(y) * tile.frame_width + x);
+                    }
                 }
             }
-        }
-    });
+        });
 }
 
 std::unique_ptr<Denoiser> MakeKpcn(const std::string& size, const TensorArchive& weights,

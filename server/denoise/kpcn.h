@@ -12,8 +12,8 @@
 
 namespace relume::denoise {
 
-// Filter `kpcn` with these weights, conv0.weight, conv0.bias, ...; `size` is its parameter, `source`
-// is for messages. Weights that don't fit throw kInvalidArgument.
+// Filter `kpcn` with these weights, conv0.weight, conv0.bias, ...; `size` is its parameter,
+// `source` is for messages. Weights that don't fit throw kInvalidArgument.
 std::unique_ptr<Denoiser> MakeKpcn(const std::string& size, const TensorArchive& weights,
                                    const std::string& source);
 

@@ -38,8 +38,7 @@ void Demodulate(const Frame& frame, KpcnInputs* inputs) {
             most = std::max(most, frame.feature[kAlbedoR + c][i]);
         }
         for (int c = 0; c < 3; ++c) {
-            const float n =
-                frame.feature[kNormalX].empty() ? 1.0f : frame.feature[kNormalX + c][i];
+            const float n = frame.feature[kNormalX].empty() ? 1.0f : frame.feature[kNormalX + c][i];
             normal += n * n;
         }
         const bool divide = most > kDarkAlbedo && normal > kSurface;
@@ -84,8 +83,8 @@ void AddColor(const Frame& frame, KpcnInputs* inputs) {
             radiance += lit / 3;
             variance += frame.variance[c][i] / 3;
         }
-        noise[i] = AtMost(kMostNoise,
-                          std::sqrt(std::max(variance, 0.0f)) / (divisor * (1 + radiance)));
+        noise[i] =
+            AtMost(kMostNoise, std::sqrt(std::max(variance, 0.0f)) / (divisor * (1 + radiance)));
     });
     AddWithSteps(frame, std::move(mean), std::move(noise), &inputs->channels);
 }

@@ -17,8 +17,7 @@ inline GraphSpec PlainStack(const TensorArchive& weights) {
     }
     GraphSpec graph;
     for (int i = 0; i < count; ++i) {
-        graph.layers.push_back(
-            Convolution(name(i), i == 0 ? "input" : name(i - 1), i + 1 < count));
+        graph.layers.push_back(Convolution(name(i), i == 0 ? "input" : name(i - 1), i + 1 < count));
     }
     return graph;
 }
