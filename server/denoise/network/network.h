@@ -1,0 +1,81 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/base/cancel_token.h"
+#include "server/denoise/frame.h"
+#include "server/denoise/network/tza.h"
+
+namespace relume::denoise {
+
+enum class LayerKind {
+    kConvolution,  // odd square kernel, stride 1, zeros beyond the border, so that the size stays
+    kPool,         // maximum of 2x2
+    kUpsample,     // each pixel becomes 2x2
+    kConcatenate,  // channels one after another
+};
+
+struct LayerSpec {
+    LayerKind kind;
+    std::string name;                 // of the output; of a convolution also of its weights
+    std::vector<std::string> inputs;  // names of layers above; "input" is the network's
+    bool relu = false;                // convolutions: negative results become 0
+};
+
+// A network's shape. The channels and kernels of a convolution are those of the tensors
+// NAME.weight (outputs, inputs, height, width) and NAME.bias; the last layer, a convolution, is the
+// output, at the size of the input.
+struct GraphSpec {
+    std::vector<LayerSpec> layers;
+};
+
+inline LayerSpec Convolution(std::string name, std::string input, bool relu = true) {
+    return {LayerKind::kConvolution, std::move(name), {std::move(input)}, relu};
+}
+inline LayerSpec Pool(std::string name, std::string input) {
+    return {LayerKind::kPool, std::move(name), {std::move(input)}};
+}
+inline LayerSpec Upsample(std::string name, std::string input) {
+    return {LayerKind::kUpsample, std::move(name), {std::move(input)}};
+}
+inline LayerSpec Concatenate(std::string name, std::vector<std::string> inputs) {
+    return {LayerKind::kConcatenate, std::move(name), std::move(inputs)};
+}
+
+// A network ready to run: float32, convolutions by oneDNN.
+//
+// The same bits for any number of threads: rows are cut into bands by the frame's size alone, and a
+// band is one thread's. oneDNN takes the instructions that the processor has, and sums in the order
+// that suits them: results of different processors differ by rounding.
+class Network {
+  public:
+    // A graph that the weights don't fit throws kInvalidArgument, which names `source` and the
+    // layer.
+    Network(const GraphSpec& graph, const TensorArchive& weights, const std::string& source);
+    ~Network();
+    Network(Network&&) noexcept;
+    Network& operator=(Network&&) noexcept;
+
+    int input_channels() const;
+    int output_channels() const;
+    // Sides are padded with zeros to the right and below to a multiple of this: 2 to the number of
+    // poolings one after another.
+    int alignment() const;
+    // Pixels to each side of one that its output depends on, at most.
+    int halo() const;
+
+    // `inputs`: a plane a channel, each width x height, row-major. Returns as many planes as there
+    // are outputs. Thread-safe. Frames of more than some two megapixels are done in tiles that
+    // overlap by the halo: the same up to rounding. Throws kCancelled soon after `cancel` is set.
+    std::vector<Plane> Run(std::span<const float* const> inputs, int width, int height,
+                           const CancelToken& cancel) const;
+
+  private:
+    struct Impl;
+    std::unique_ptr<const Impl> impl_;
+};
+
+}  // namespace relume::denoise
