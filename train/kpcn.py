@@ -1,10 +1,11 @@
+#!/usr/bin/env python3
 """KPCN (Bako et al. 2017) in one branch: a network says for each pixel what the kernel is that filters it.
 
 The film does not part diffuse from specular light, so that the paper's diffuse branch gets all of it: radiance over
 albedo is filtered, and multiplied back. server/denoise/kpcn*.cpp does the same; what is said here of one is said of
 both.
 
-    train/kpcn.py --data FOLDER --seconds 90 --out relume_kpcn_lite.tza
+    train/kpcn.py --data FOLDER/shards --seconds 90 --out relume_kpcn_lite.tza
 """
 
 import torch
@@ -85,7 +86,7 @@ def apply_kernels(logits, image, radius):
     b, c, h, w = image.shape
     weights = torch.softmax(logits, 1)
     windows = F.unfold(F.pad(image, (radius,) * 4, mode="reflect"), 2 * radius + 1)
-    return torch.einsum("bkhw,bckhw->bchw", weights, windows.view(b, c, -1, h, w))
+    return (weights[:, None] * windows.view(b, c, -1, h, w)).sum(2)
 
 
 def main():

@@ -1,3 +1,4 @@
+#!/usr/bin/env python3
 """The network of "Ours with CNN" as its paper prints it (Xing, Chen, Li 2020, section 3.4, Fig. 12): it says for each
 pixel the parameters of the cross-bilateral filter of equations (7) to (9). server/denoise/net_printed*.cpp does the
 same; what is said here of one is said of both.
@@ -6,7 +7,7 @@ The paper has 64 layers of 3x3 convolutions with 128 features and says nothing o
 stack of --layers and --width (no residuals, so that about ten layers are the most that train), the inputs below, and
 relative L1 of the filtered image.
 
-    train/printed.py --data FOLDER --seconds 90 --out relume_printed.tza
+    train/printed.py --data FOLDER/shards --seconds 90 --out relume_printed.tza
 """
 
 import math
@@ -21,7 +22,7 @@ RADIUS = 8        # of the window, pixels
 INPUTS = 16
 # What the network starts from: the paper's constants, sigma_s 2 pixels.
 START = {"s": 2.0, "r": 8.0, "n": 0.4, "a": 0.125, "d": 0.3}
-LEAST_SIGMA = 0.01
+LEAST_SIGMA, MOST_SIGMA = 0.01, 1e4
 MOST_LOG, MOST_NOISE, MOST_COUNT = 16.0, 4.0, 2.0
 CUT = 80.0        # exponents beyond are weight 0
 LEAST_VARIANCE = 1e-10
@@ -78,7 +79,7 @@ def filtered(planes, sigmas):
     exponent = sum(d * scales[:, k:k + 1] for k, d in enumerate(distances))
     inside = _windows(torch.ones_like(color[:, :1]))[:, 0]
     weights = torch.where(exponent < CUT, torch.exp(-exponent.clamp(max=CUT)), torch.zeros_like(exponent)) * inside
-    return torch.einsum("bkhw,bckhw->bchw", weights, colors) / weights.sum(1, keepdim=True)
+    return (weights[:, None] * colors).sum(2) / weights.sum(1, keepdim=True)
 
 
 class Printed(nn.Module):
@@ -97,7 +98,7 @@ class Printed(nn.Module):
             last.bias.copy_(torch.tensor([math.log(math.expm1(s - LEAST_SIGMA)) for s in START.values()]))
 
     def sigmas(self, x):
-        return LEAST_SIGMA + F.softplus(crops.run_stack(self, x))
+        return (LEAST_SIGMA + F.softplus(crops.run_stack(self, x))).clamp(max=MOST_SIGMA)
 
     def forward(self, planes):
         """Filtered radiance, B x 3 x H x W."""
