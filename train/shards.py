@@ -18,7 +18,10 @@ class Frames:
 
     def __init__(self, folder, device="cpu", limit=None):
         names = sorted(glob.glob(os.path.join(folder, "*.json")))[:limit]
-        records = [json.load(open(name)) for name in names]
+        records = []
+        for name in names:
+            with open(name) as source:
+                records.append(json.load(source))
         if not records:
             raise SystemExit("no frames in %s; make some with train/frames.py" % folder)
         self.names = records[0]["inputs"]

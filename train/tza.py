@@ -19,7 +19,8 @@ def write(tensors, file_name, kind="h"):
         values = np.asarray(values)
         layout = {1: "x", 4: "oihw"}[values.ndim]
         place = len(data)
-        stored = values.astype(_TYPES[kind])
+        with np.errstate(over="ignore"):
+            stored = values.astype(_TYPES[kind])
         if not np.isfinite(stored).all():
             raise ValueError("%s: a weight is not finite, or too large for a half float" % name)
         data += stored.tobytes()
