@@ -31,7 +31,6 @@
 #include "server/denoise/denoiser.h"
 #include "server/denoise/network/network.h"
 #include "server/denoise/network/weights.h"
-#include "server/denoise/oidn.h"
 
 namespace relume::denoise {
 namespace {
@@ -196,7 +195,8 @@ std::string JoinNames(const NetParts& parts) {
 }  // namespace
 
 bool HasNetSlot(std::size_t slot) {
-    return kNetSlots[slot].filter != std::string("oidn") || HasOidnWeights();
+    return kNetSlots[slot].filter != std::string("oidn") ||
+           FindNetworkWeights("rt_hdr_calb_cnrm").has_value();
 }
 
 std::string NetName(const NetParts& parts, const std::string& without) {
