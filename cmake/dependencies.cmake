@@ -15,3 +15,6 @@ find_package(GTest REQUIRED)
 find_package(benchmark REQUIRED)
 find_path(RELUME_STB_INCLUDE_DIR stb/stb_image.h REQUIRED)
 find_path(RELUME_CLI11_INCLUDE_DIR CLI/CLI.hpp REQUIRED)
+# oneDNN by hand: Debian's dnnl-config.cmake asks for OpenCL's headers, which the CPU engine has no use for.
+find_path(RELUME_DNNL_INCLUDE_DIR dnnl.hpp REQUIRED)
+find_library(RELUME_DNNL_LIBRARY dnnl REQUIRED)

@@ -16,6 +16,7 @@ std::unique_ptr<Denoiser> MakeBlend(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeBilateral(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeGem(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeNfor(const ParamSet& params);
+std::unique_ptr<Denoiser> MakeOidn(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeSbf(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeSbfGradient(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeNlm(const ParamSet& params);
@@ -67,6 +68,14 @@ constexpr struct {
     {"nfor", MakeNfor,
      "first-order regression on the features with weights of non-local means, each half of the\n"
      "             samples judged by the other; Bitterli et al. 2016\n"},
+    {"oidn", MakeOidn,
+     "Open Image Denoise's published networks; their weights: deploy/fetch-oidn; Afra 2025\n"
+     "    features=prefiltered  albedo and normal through networks of their own first; or noisy: "
+     "as "
+     "they are;\n"
+     "                     or none\n"
+     "    size=base        of the network for colour; or small, or, with prefiltered features, "
+     "large\n"},
     {"sbf", MakeSbf,
      "cross-bilateral filter on normal, albedo and depth, the window of each pixel by SURE; Li, "
      "Wu,\n"

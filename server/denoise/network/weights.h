@@ -13,7 +13,7 @@ namespace relume::denoise {
 // relume/networks in $XDG_DATA_HOME, else in ~/.local/share. Nothing if none has it; one that can't
 // be read throws.
 struct NetworkWeights {
-    std::string source;  // the file's path, or "built in"
+    std::string source;  // the file's path, or "NAME, built in"
     TensorArchive tensors;
 };
 std::optional<NetworkWeights> FindNetworkWeights(const std::string& name);

@@ -1,0 +1,80 @@
+#include "server/denoise/network/weights.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <vector>
+
+#include "server/denoise/network/built_in.h"
+
+namespace relume::denoise {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string Variable(const char* name) {
+    const char* value = std::getenv(name);
+    return value ? value : "";
+}
+
+std::vector<fs::path> SharedFolders() {
+    std::vector<fs::path> folders;
+    std::error_code error;
+    const fs::path program = fs::read_symlink("/proc/self/exe", error);
+    if (!error) {
+        folders.push_back(program.parent_path().parent_path() / "share/relume/networks");
+    }
+    fs::path data = Variable("XDG_DATA_HOME");
+    if (data.empty() && !Variable("HOME").empty()) {
+        data = fs::path(Variable("HOME")) / ".local/share";
+    }
+    if (!data.empty()) {
+        folders.push_back(data / "relume/networks");
+    }
+    return folders;
+}
+
+std::vector<fs::path> ChosenFolders() {
+    const std::string chosen = Variable("RELUME_NETWORKS");
+    return chosen.empty() ? std::vector<fs::path>{} : std::vector<fs::path>{chosen};
+}
+
+std::optional<NetworkWeights> FindIn(const std::vector<fs::path>& folders,
+                                     const std::string& name) {
+    for (const fs::path& folder : folders) {
+        const fs::path path = folder / (name + ".tza");
+        std::error_code error;
+        if (fs::is_regular_file(path, error)) {
+            return NetworkWeights{path.string(), ReadTza(path.string())};
+        }
+    }
+    return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<NetworkWeights> FindNetworkWeights(const std::string& name) {
+    if (auto found = FindIn(ChosenFolders(), name)) {
+        return found;
+    }
+    for (const BuiltInNetwork& network : BuiltInNetworks()) {
+        if (name == network.name) {
+            return NetworkWeights{name + ", built in", ParseTza(network.bytes, name)};
+        }
+    }
+    return FindIn(SharedFolders(), name);
+}
+
+std::string NetworkFolders() {
+    std::vector<fs::path> folders = ChosenFolders();
+    for (fs::path& folder : SharedFolders()) {
+        folders.push_back(std::move(folder));
+    }
+    std::string text;
+    for (const fs::path& folder : folders) {
+        text += (text.empty() ? "" : ", ") + folder.string();
+    }
+    return text;
+}
+
+}  // namespace relume::denoise

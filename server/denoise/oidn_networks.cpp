@@ -1,0 +1,94 @@
+#include "server/denoise/oidn_networks.h"
+
+#include <fmt/format.h>
+
+#include <string_view>
+
+#include "core/base/error.h"
+#include "server/denoise/network/weights.h"
+
+namespace relume::denoise {
+
+GraphSpec OidnGraph() {
+    return {{
+        Convolution("enc_conv0", "input"),
+        Convolution("enc_conv1", "enc_conv0"),
+        Pool("pool1", "enc_conv1"),
+        Convolution("enc_conv2", "pool1"),
+        Pool("pool2", "enc_conv2"),
+        Convolution("enc_conv3", "pool2"),
+        Pool("pool3", "enc_conv3"),
+        Convolution("enc_conv4", "pool3"),
+        Pool("pool4", "enc_conv4"),
+        Convolution("enc_conv5a", "pool4"),
+        Convolution("enc_conv5b", "enc_conv5a"),
+        Upsample("up4", "enc_conv5b"),
+        Concatenate("concat4", {"up4", "pool3"}),
+        Convolution("dec_conv4a", "concat4"),
+        Convolution("dec_conv4b", "dec_conv4a"),
+        Upsample("up3", "dec_conv4b"),
+        Concatenate("concat3", {"up3", "pool2"}),
+        Convolution("dec_conv3a", "concat3"),
+        Convolution("dec_conv3b", "dec_conv3a"),
+        Upsample("up2", "dec_conv3b"),
+        Concatenate("concat2", {"up2", "pool1"}),
+        Convolution("dec_conv2a", "concat2"),
+        Convolution("dec_conv2b", "dec_conv2a"),
+        Upsample("up1", "dec_conv2b"),
+        Concatenate("concat1", {"up1", "input"}),
+        Convolution("dec_conv1a", "concat1"),
+        Convolution("dec_conv1b", "dec_conv1a"),
+        Convolution("dec_conv0", "dec_conv1b"),
+    }};
+}
+
+GraphSpec OidnLargeGraph() {
+    return {{
+        Convolution("enc_conv1a", "input"),
+        Convolution("enc_conv1b", "enc_conv1a"),
+        Pool("pool1", "enc_conv1b"),
+        Convolution("enc_conv2a", "pool1"),
+        Convolution("enc_conv2b", "enc_conv2a"),
+        Pool("pool2", "enc_conv2b"),
+        Convolution("enc_conv3a", "pool2"),
+        Convolution("enc_conv3b", "enc_conv3a"),
+        Pool("pool3", "enc_conv3b"),
+        Convolution("enc_conv4a", "pool3"),
+        Convolution("enc_conv4b", "enc_conv4a"),
+        Pool("pool4", "enc_conv4b"),
+        Convolution("enc_conv5a", "pool4"),
+        Convolution("enc_conv5b", "enc_conv5a"),
+        Upsample("up4", "enc_conv5b"),
+        Concatenate("concat4", {"up4", "pool3"}),
+        Convolution("dec_conv4a", "concat4"),
+        Convolution("dec_conv4b", "dec_conv4a"),
+        Upsample("up3", "dec_conv4b"),
+        Concatenate("concat3", {"up3", "pool2"}),
+        Convolution("dec_conv3a", "concat3"),
+        Convolution("dec_conv3b", "dec_conv3a"),
+        Upsample("up2", "dec_conv3b"),
+        Concatenate("concat2", {"up2", "pool1"}),
+        Convolution("dec_conv2a", "concat2"),
+        Convolution("dec_conv2b", "dec_conv2a"),
+        Upsample("up1", "dec_conv2b"),
+        Concatenate("concat1", {"up1", "input"}),
+        Convolution("dec_conv1a", "concat1"),
+        Convolution("dec_conv1b", "dec_conv1a"),
+        Convolution("dec_conv1c", "dec_conv1b"),
+    }};
+}
+
+Network LoadOidnNetwork(const std::string& name) {
+    const auto weights = FindNetworkWeights(name);
+    if (!weights) {
+        throw Error(ErrorCode::kFailedPrecondition,
+                    fmt::format("filter 'oidn' needs Open Image Denoise's weights {}.tza, which "
+                                "are in none of {}: deploy/fetch-oidn gets them, or set "
+                                "RELUME_NETWORKS to their folder",
+                                name, NetworkFolders()));
+    }
+    const bool large = name.ends_with("_large");
+    return {large ? OidnLargeGraph() : OidnGraph(), weights->tensors, weights->source};
+}
+
+}  // namespace relume::denoise

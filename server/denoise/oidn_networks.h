@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+
+#include "server/denoise/network/network.h"
+
+namespace relume::denoise {
+
+// The shapes of Open Image Denoise's published networks: U-Nets of 3x3 convolutions over five
+// scales, which read the pooled levels again on the way up, and the input at the last.
+GraphSpec OidnGraph();       // base and small: one convolution a scale on the way down
+GraphSpec OidnLargeGraph();  // two
+
+// "rt_hdr_alb_nrm" or the like, wherever it lies (network/weights.h). If it isn't there: throws
+// kFailedPrecondition, which tells how to get it.
+Network LoadOidnNetwork(const std::string& name);
+
+}  // namespace relume::denoise
