@@ -8,7 +8,8 @@ command goes on where it was ended. What failed is in FOLDER/failed, and is not 
 
 SEED.json: layout, crop, exposure, names of "inputs" and "candidates", and for each frame spp, sampler, seed.
 SEED.inputs.npy: frames x inputs x height x width; SEED.candidates.npy: frames x (3 candidates) x height x width,
-RGB radiance times "scale"; SEED.reference.npy: 3 x height x width, the same. All half floats.
+RGB radiance times "scale"; SEED.reference.npy: 6 x height x width, the same, and root of its variance. All half
+floats. With --extras SEED.extras.npy, frames x "extras" x height x width, floats as the program wrote them.
 """
 
 import argparse
@@ -117,16 +118,16 @@ def draw_frames(rng, count):
 
 
 def read_dump(file_name):
-    """Header, inputs C x H x W, candidates 3K x H x W, reference 3 x H x W of relume-network-inputs' file."""
+    """Header, inputs C x H x W, candidates 3K x H x W, reference 3 x H x W, extras of relume-network-inputs' file."""
     with open(file_name, "rb") as source:
         header = json.loads(source.readline())
         planes = np.frombuffer(source.read(), "<f4")
-    inputs, candidates = len(header["inputs"]), 3 * len(header["candidates"])
-    shape = (inputs + candidates + 3 * bool(header["reference"]), header["height"], header["width"])
+    inputs, candidates, extras = len(header["inputs"]), 3 * len(header["candidates"]), len(header.get("extras", []))
+    shape = (inputs + candidates + 3 + extras, header["height"], header["width"])
     if planes.size != np.prod(shape) or not header["reference"]:
         raise RuntimeError("%s: %d numbers for planes %s" % (file_name, planes.size, shape))
     planes = planes.reshape(shape)
-    return header, planes[:inputs], planes[inputs:inputs + candidates], planes[inputs + candidates:]
+    return header, *np.split(planes, np.cumsum([inputs, candidates, 3]))
 
 
 def half(planes):
@@ -163,7 +164,7 @@ def make_scene(options, seed):
            "--layers", "all", "--seed", "1000", *crop)
     seconds["reference"] = time.time() - started
     seconds["frames"] = seconds["inputs"] = 0.0
-    frames, inputs, candidates = [], [], []
+    frames, inputs, candidates, extras = [], [], [], []
     for k, (spp, sampler, filter_) in enumerate(draw_frames(rng, options.frames)):
         noisy = os.path.join(folder, "noisy_%d.exr" % k)
         started = time.time()
@@ -173,16 +174,18 @@ def make_scene(options, seed):
         started = time.time()
         dump = os.path.join(folder, "noisy_%d.bin" % k)
         run([*options.network_inputs.split(), noisy, "--reference", reference, "-o", dump])
-        header, first, second, truth = read_dump(dump)
+        header, first, second, truth, more = read_dump(dump)
         seconds["inputs"] += time.time() - started
         frames.append({"spp": spp, "sampler": sampler, "filter": filter_, "seed": k + 1, "mean_spp": header.get("spp", spp)})
         inputs.append(half(first))
         candidates.append(second)
+        extras.append(more)
         if k and (header["inputs"], header["candidates"]) != names:
             raise RuntimeError("frames of one scene have other inputs or candidates")
         names = (header["inputs"], header["candidates"])
     mean = max(float(np.nanmean(truth)), 1e-12)
-    scale = 2.0 ** -np.round(np.log2(mean))
+    scale = float(2.0 ** -np.round(np.log2(mean)))
+    noise = np.sqrt(np.maximum([exr.read(reference)["variance." + c] for c in "RGB"], 0))
     record = {"seed": seed, "layout": layout, "attempt": attempt, "exposure": exposure, "view": size, "crop": [x, y],
               "size": side, "reference_spp": options.reference_spp, "scale": scale, "inputs": names[0],
               "candidates": names[1], "frames": frames, "seconds": {k: round(v, 3) for k, v in seconds.items()}}
@@ -191,7 +194,10 @@ def make_scene(options, seed):
     base = os.path.join(shards, "%06d" % seed)
     np.save(base + ".inputs.npy", np.stack(inputs))
     np.save(base + ".candidates.npy", half(np.stack(candidates) * scale))
-    np.save(base + ".reference.npy", half(truth * scale))
+    np.save(base + ".reference.npy", half(np.concatenate([truth, noise]) * scale))
+    if options.extras:
+        record["extras"] = header.get("extras", [])
+        np.save(base + ".extras.npy", np.stack(extras).astype(np.float32))
     with open(base + ".part", "w") as out:
         json.dump(record, out, indent=1)
     os.replace(base + ".part", base + ".json")
@@ -220,8 +226,7 @@ class Jobs:
         command = [sys.executable, os.path.abspath(__file__), "--one", str(seed)]
         for name in ("out", "relume", "network_inputs", "size", "frames", "reference_spp"):
             command += ["--" + name.replace("_", "-"), str(getattr(o, name))]
-        if o.keep:
-            command.append("--keep")
+        command += ["--" + name for name in ("keep", "extras") if getattr(o, name)]
         environment = dict(os.environ, OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1", MKL_NUM_THREADS="1")
         process = subprocess.Popen(command, stdout=log, stderr=log, start_new_session=True, env=environment)
         log.close()
@@ -290,6 +295,7 @@ def main(arguments=None):
     parser.add_argument("--reference-spp", type=int, default=512)
     parser.add_argument("--seconds", type=float, default=float("inf"), help="scenes that are not done by then are dropped")
     parser.add_argument("--keep", action="store_true", help="scenes and images, too")
+    parser.add_argument("--extras", action="store_true", help="what other networks see, too")
     parser.add_argument("--one", type=int, help="this scene alone, in this process")
     options = parser.parse_args(arguments)
     if options.one is not None:

@@ -7,7 +7,7 @@ def build(suite, runs, points, truths, about, documents_folder=None):
     results = sections.Results(suite, runs, points, truths)
     chess = paper_sections.chess_passes(results) if {"passes", "claims"} & set(suite.sections) else {}
     makers = {
-        "pareto": sections.pareto, "speedup": sections.speedup, "errors": sections.errors,
+        "pareto": sections.pareto, "speedup": sections.speedup, "equal_time": sections.equal_time, "errors": sections.errors,
         "pictures": sections.picture_section, "parsimony": sections.parsimony_section, "tables": paper_sections.tables,
         "convergence": paper_sections.convergence, "gradient": paper_sections.gradient,
         "passes": lambda r: paper_sections.passes(r, chess),

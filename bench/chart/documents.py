@@ -4,7 +4,7 @@ import os
 from . import paper_sections, plots, sections
 from .summary import over_all
 
-IN_WORDS = ("speedup", "parsimony", "claims", "gradient")
+IN_WORDS = ("speedup", "equal_time", "parsimony", "claims", "gradient")
 
 
 def write(results, made, folder, put):

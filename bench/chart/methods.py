@@ -1,9 +1,8 @@
 """A method: a sampler and a filter. How its image is come by, what it costs, how far it is off."""
 import dataclasses
 
-# The unfiltered EXR holds each feature's mean and variance; these filters look at its two halves (nfor, rd) or at single
-# samples (rpf), and auto may choose one of them. They run in the render itself.
-IN_RENDER = ("auto", "nfor", "rd", "rpf")
+# The unfiltered EXR doesn't hold single samples, which rpf looks at, nor what a job lets auto spend. They run in the render.
+IN_RENDER = ("auto", "rpf")
 OF_SAMPLES = ("rpf",)
 
 
@@ -15,6 +14,9 @@ class Method:
 
     def __str__(self):
         return f"{short(self.sampler)} + {short(self.filter)}"
+
+    def parts(self):
+        return [self.sampler, self.filter]
 
     def in_render(self):
         """Whether one `relume render` must do all: the plan of `adaptive` looks at the filtered halves, too."""

@@ -74,6 +74,30 @@ def speedup(results):
     return page.section("Speed-up", parts)
 
 
+def equal_time(results):
+    """The default's MrSE over a rival's after the same time."""
+    rival, times = results.suite.rival, results.suite.times
+    ratios = {}
+    for scene in results.scenes:
+        lines = curves(results.points, "mrse", scene)
+        for time in times:
+            ours, theirs = (front.error_at(lines.get(m, []), time) for m in (DEFAULT, rival))
+            ratios[scene, time] = ours / theirs if ours and theirs else None
+    rows = [[scene, *(_ratio_cell(ratios[scene, t]) for t in times)] for scene in results.scenes]
+    rows.append(["mean", *(_ratio_cell(_mean_ratio(ratios[s, t] for s in results.scenes)) for t in times)])
+    head = ["scene", *(f"{t:g} s" for t in times)]
+    return page.section("Equal time", [page.text(words.EQUAL_TIME, rival=rival), page.table(head, rows)])
+
+
+def _mean_ratio(values):
+    known = [v for v in values if v]
+    return front.geomean(known) if known else None
+
+
+def _ratio_cell(ratio):
+    return page.marked(number(ratio), "bad") if ratio and ratio > 1 else number(ratio)
+
+
 def errors(results, spps=None):
     """A table a scene and number of samples."""
     parts = [page.text(words.ERRORS)]

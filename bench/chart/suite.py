@@ -9,8 +9,9 @@ from .programs import BenchError
 from .scenes import SHARED, make_view
 
 FIELDS = {"title", "text", "scenes", "size", "samplers", "filters", "methods", "default", "default_spp", "spp", "targets",
-          "stops", "max_spp", "seconds", "seeds", "reference_spp", "anchor", "sections", "allowed"}
-SECTIONS = ("pareto", "speedup", "pictures", "parsimony", "tables", "convergence", "gradient", "passes", "claims", "errors")
+          "stops", "max_spp", "seconds", "seeds", "reference_spp", "anchor", "rival", "times", "sections", "allowed"}
+SECTIONS = ("pareto", "speedup", "pictures", "parsimony", "tables", "convergence", "gradient", "passes", "claims", "errors",
+            "equal_time")
 
 
 @dataclasses.dataclass
@@ -32,6 +33,8 @@ class Suite:
     seeds: list
     reference_spp: int
     anchor: float  # samples of the default that speed-ups and pictures are stated for
+    rival: Method  # whom the default is compared with after the same `times`, seconds
+    times: list
     sections: list
     allowed: float  # error of the default over the front's that passes
 
@@ -82,6 +85,9 @@ def load(path, shared=SHARED, only=None, spp=None, scale=1):
     methods = {Method(s, f): spp for s in told.get("samplers", []) for f in told.get("filters", [])}
     methods.update({Method(*entry[:2]): entry[2] if len(entry) > 2 else spp for entry in told.get("methods", [])})
     methods = {BASE: spp, **methods}
+    rival = Method(*told.get("rival", BASE.parts()))
+    if rival not in methods:
+        raise BenchError(f"{path}: rival {rival} is none of its methods")
     if default:
         methods.pop(DEFAULT, None)
     return Suite(
@@ -90,5 +96,5 @@ def load(path, shared=SHARED, only=None, spp=None, scale=1):
         targets=as_list(told.get("targets", [])), max_spp=told.get("max_spp", 512),
         stops=[Method(*pair) for pair in told.get("stops", [])] + [DEFAULT] * default, seconds=as_list(told.get("seconds", [])),
         seeds=as_list(told.get("seeds", [1])), reference_spp=told.get("reference_spp", 1024),
-        anchor=told.get("anchor", spp[len(spp) // 2]), sections=sections, allowed=told.get("allowed", 1.1))
+        anchor=told.get("anchor", spp[len(spp) // 2]), rival=rival, times=as_list(told.get("times", [5, 20, 60])), sections=sections, allowed=told.get("allowed", 1.1))
 

@@ -15,6 +15,10 @@ Time that a method needs for the default's error at {spp:g} samples a pixel, ove
 faster. ~: extrapolated by the last two points; <: its cheapest image is better already, so that it may need less; >: it does not
 get there within 64 times its longest run. Means are over the scenes with a number."""
 
+EQUAL_TIME = """
+MrSE of the default over that of {rival} after the same time: below 1 the default is better. Between a method's points along
+straight lines on log axes; after its last point its best; -: not finished by then."""
+
 ERRORS = """
 Means over the seeds. MrSE and RelMSE less the reference's own error; ~: below it, so that such numbers can't be told apart.
 Energy: mean over the reference's; red: off by more than 1 %. Time: processor seconds over threads."""

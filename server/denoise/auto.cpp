@@ -1,20 +1,20 @@
 // The filter that chooses: of its candidates the cheapest whose error is as small as the best's.
 //
-// Candidates, cheapest first: none; bilateral:mode=robust on the features that help it; rd; nfor;
-// blends of two of these, and of all three, with the weights that are best (blend.h). Each is tried
-// on a sixteenth of the frame and judged there by held-out samples (trial.h). Features are dropped
-// one after the other: one without which the bilateral filter's error is within one standard error
-// of the least so far. Then the cheapest candidate is taken whose error is within one standard
-// error of the best one's (Breiman et al. 1984, section 3.4), and within 5 % of it. Below 8 samples
-// a pixel their halves do not tell: all that is affordable is mixed, equally. Light that it loses
-// is given back (restore_energy.h). An image without halves, or with halves of one sample, can't be
-// judged: it gets the bilateral filter with all its features.
+// Candidates, cheapest first: none; bilateral:mode=robust on the features that help it; what the
+// network of `net` makes of that alone, and with oidn (if its weights are there), nfor and rd, one
+// more at a time. Each is tried on a sixteenth of the frame and judged there by held-out samples
+// (trial.h). Features are dropped one after the other: one without which the bilateral filter's
+// error is within one standard error of the least so far. Then the cheapest candidate is taken
+// whose error is within one standard error of the best one's (Breiman et al. 1984, section 3.4),
+// and within 5 % of it. Below 8 samples a pixel their halves do not tell: all that is affordable is
+// mixed. Light that it loses is given back (restore_energy.h). An image without halves, or with
+// halves of one sample, can't be judged: it gets the bilateral filter with all its features.
 //
 //   effort    what it may cost over the bilateral filter alone, the trial included, as a part of
 //             what the image's samples cost, by typical times (kSampleCost): dearer candidates are
 //             not tried. 0 = any (default). Error falls with the time to the power of 0.8 or so,
-//             and a mean of three filters has .7 of one's: from 0.6 on more samples would have been
-//             the better use of the time.
+//             and a mix of filters has .7 of one's: from 0.6 on more samples would have been the
+//             better use of the time.
 //   seconds   what it may take; dearer candidates are not tried. 0 = any (default). With it the
 //             choice may differ from run to run.
 #include <fmt/format.h>
@@ -26,23 +26,25 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "server/denoise/blend.h"
 #include "server/denoise/denoiser.h"
 #include "server/denoise/feature_groups.h"
 #include "server/denoise/halves.h"
+#include "server/denoise/net.h"
 #include "server/denoise/restore_energy.h"
 #include "server/denoise/trial.h"
 
 namespace relume::denoise {
 namespace {
 
-// Times over the bilateral filter's (bench/filters), and that of a sample a pixel of a scene that
-// is quick to render (bench/peers): 1.4 s a megapixel on two cores.
-constexpr std::array<double, kBlendedCount> kCost = {1, 7, 6.7};
+// Times over the bilateral filter's (bench/filters), of kNetSlots and of the network that mixes
+// them, and that of a sample a pixel of a scene that is quick to render (bench/peers): 1.4 s a
+// megapixel on two cores.
+constexpr std::array<double, kNetSlotCount> kCost = {0, 1, 7, 6.7, 3.2};
+constexpr double kMixCost = 1.2;
 constexpr double kSampleCost = 1.75;
-// Which of them a candidate mixes, cheapest first.
-constexpr BlendWeights kMixed[] = {{1, 0, 0}, {0, 0, 1}, {0, 1, 0}, {1, 0, 1},
-                                   {1, 1, 0}, {0, 1, 1}, {1, 1, 1}};
+constexpr std::size_t kBilateral = 1;
+// Candidates of the network beside that, by what they gain for their time.
+constexpr std::size_t kOthers[] = {4, 3, 2};
 // Of the estimate of the error: both halves of a quarter of the frame by the bilateral filter.
 constexpr double kEstimateCost = 0.5;
 // Of what the choice may cost, that the search for features without use may.
@@ -52,19 +54,10 @@ constexpr double kFewestToTry = 4;
 // Of the error, that a cheaper candidate, or one with less features, may seem to cost.
 constexpr double kMostLost = 0.05;
 
-double CostOf(const BlendWeights& mixed) {
-    double cost = 0;
-    for (std::size_t k = 0; k < kBlendedCount; ++k) {
-        cost += mixed[k] > 0 ? kCost[k] : 0;
-    }
-    return cost;
-}
-
 struct Tried {
     std::string name;
     Judge::Errors errors;
     double seconds;
-    BlendWeights weights;  // of what it is made of
 };
 
 // The bilateral filter with fewer and fewer features.
@@ -78,8 +71,8 @@ struct Dropping {
 Dropping DropFeatures(const Frame& frame, const Trial& trial, const Judge& judge, Trial::Run whole,
                       int halves, bool tries, const CancelToken& cancel) {
     Dropping out;
-    const char* name = kBlended[0].filter;
-    out.tried.push_back({name, judge.Of(whole), whole.seconds, kMixed[0]});
+    const char* name = kNetSlots[kBilateral].filter;
+    out.tried.push_back({name, judge.Of(whole), whole.seconds});
     out.run = std::move(whole);
     std::size_t least = 0;
     for (const FeatureGroup& group : kFeatureGroups) {
@@ -89,7 +82,7 @@ Dropping DropFeatures(const Frame& frame, const Trial& trial, const Judge& judge
         const std::string more = out.names + (out.names.empty() ? "" : "-") + group.name;
         const std::string blind = fmt::format("{},without={}", name, more);
         Trial::Run run = trial.Filter(*MakeDenoiser(blind), halves, cancel);
-        out.tried.push_back({blind, judge.Of(run), run.seconds, kMixed[0]});
+        out.tried.push_back({blind, judge.Of(run), run.seconds});
         const std::size_t last = out.tried.size() - 1;
         if (Judge::Compare(out.tried[last].errors, out.tried[least].errors).mean < 0) {
             least = last;
@@ -101,6 +94,10 @@ Dropping DropFeatures(const Frame& frame, const Trial& trial, const Judge& judge
         }
     }
     return out;
+}
+
+std::array<Plane, 3> ColorOf(const Result& result) {
+    return {result.color[0], result.color[1], result.color[2]};
 }
 
 class Auto final : public Denoiser {
@@ -120,48 +117,68 @@ class Auto final : public Denoiser {
     std::optional<Choice> Choose(const Frame& frame, const CancelToken& cancel) const override {
         Choice choice;
         if (!frame.has_halves() || frame.pixel_count() == 0) {
-            choice.denoiser = MakeDenoiser(kBlended[0].filter);
+            choice.denoiser = MakeDenoiser(kNetSlots[kBilateral].filter);
             choice.reason = "the image has no halves to judge filters by";
             return choice;
         }
         const Trial trial(frame);
         if (trial.samples() > 0 && trial.samples() < kFewestToTry) {
-            choice.denoiser = RestoreEnergy(MakeDenoiser(kBlended[0].filter));
+            choice.denoiser = RestoreEnergy(MakeDenoiser(kNetSlots[kBilateral].filter));
             choice.reason = "halves of one sample a pixel say nothing of filters";
             return choice;
         }
-        std::array<Trial::Run, kBlendedCount> runs;
-        runs[0] = trial.Filter(*MakeDenoiser(kBlended[0].filter), 2, cancel);
-        std::vector<const Trial::Run*> all = {&runs[0]};
+        std::array<Trial::Run, kNetSlotCount> runs;
+        runs[kBilateral] = trial.Filter(*MakeDenoiser(kNetSlots[kBilateral].filter), 2, cancel);
+        std::vector<const Trial::Run*> all = {&runs[kBilateral]};
         // Costs are those of the bilateral filter.
-        const double budget = Budget(trial, runs[0].seconds);
+        const double budget = Budget(trial, runs[kBilateral].seconds);
         const int halves = std::isinf(budget) ? 2 : 1;
         const double tried_share = halves * trial.share();
-        double spent = 2 * trial.share() + kEstimateCost;
-        for (std::size_t k = 1; k < kBlendedCount; ++k) {
-            if (spent + (tried_share + 1) * kCost[k] <= budget) {
-                runs[k] = trial.Filter(*MakeDenoiser(kBlended[k].filter), halves, cancel);
+        double spent = 1 + 2 * trial.share() + kEstimateCost;
+        std::vector<std::size_t> mixed;  // of kOthers
+        for (const std::size_t k : kOthers) {
+            const double cost = (tried_share + 1) * (kCost[k] + (mixed.empty() ? kMixCost : 0)) +
+                                tried_share * kMixCost;
+            if (HasNetSlot(k) && spent + cost <= budget) {
+                runs[k] = trial.Filter(*MakeDenoiser(kNetSlots[k].filter), halves, cancel);
                 all.push_back(&runs[k]);
-                spent += tried_share * kCost[k];
+                mixed.push_back(k);
+                spent += cost;
             }
         }
+        const bool mixes = !mixed.empty() || spent + (2 * tried_share + 1) * kMixCost <= budget;
         const Judge judge(trial, all, halves);
         if (trial.share() == 1) {
-            choice.base_halves = std::make_shared<FilteredHalves>(
-                FilteredHalves{{runs[0].halves[0][0], runs[0].halves[1][0]}});
+            choice.base_halves = std::make_shared<FilteredHalves>(FilteredHalves{
+                {ColorOf(runs[kBilateral].halves[0][0]), ColorOf(runs[kBilateral].halves[1][0])}});
         }
         const bool tries = trial.tells() &&
                            (std::size(kFeatureGroups) - 1) * tried_share <= kFeaturesShare * budget;
         Dropping dropping =
-            DropFeatures(frame, trial, judge, std::move(runs[0]), halves, tries, cancel);
-        runs[0] = std::move(dropping.run);
+            DropFeatures(frame, trial, judge, std::move(runs[kBilateral]), halves, tries, cancel);
+        runs[kBilateral] = std::move(dropping.run);
 
-        std::vector<Tried> tried = {{"none", judge.OfNone(), 0, {}}};
+        std::vector<Tried> tried = {{"none", judge.OfNone(), 0}};
         std::vector<std::size_t> stands = {0, 1 + dropping.taken};
         std::ranges::move(dropping.tried, std::back_inserter(tried));
-        for (Tried& mixture : Mixtures(judge, runs, dropping.names, budget - spent)) {
+        std::array<const Trial::Run*, kNetSlotCount> parts = {nullptr, &runs[kBilateral]};
+        double seconds = runs[kBilateral].seconds;
+        const auto mix = [&] {
+            const Trial::Run run = trial.Mix(parts, halves, cancel);
+            NetParts names = {true};
+            for (std::size_t k = 1; k < kNetSlotCount; ++k) {
+                names[k] = parts[k] != nullptr;
+            }
             stands.push_back(tried.size());
-            tried.push_back(std::move(mixture));
+            tried.push_back({NetName(names, dropping.names), judge.Of(run), seconds + run.seconds});
+        };
+        if (mixes) {
+            mix();
+        }
+        for (const std::size_t k : mixed) {
+            parts[k] = &runs[k];
+            seconds += runs[k].seconds;
+            mix();
         }
         if (!trial.tells()) {
             stands = {0, stands.back()};
@@ -199,51 +216,9 @@ class Auto final : public Denoiser {
         return budget;
     }
 
-    static std::vector<const Trial::Run*> Parts(const std::array<Trial::Run, kBlendedCount>& runs,
-                                                const BlendWeights& weights) {
-        std::vector<const Trial::Run*> parts;
-        for (std::size_t k = 0; k < kBlendedCount; ++k) {
-            if (weights[k] > 0) {
-                parts.push_back(&runs[k]);
-            }
-        }
-        return parts;
-    }
-
-    // Further candidates, made of the runs that there are, cheapest first.
-    static std::vector<Tried> Mixtures(const Judge& judge,
-                                       const std::array<Trial::Run, kBlendedCount>& runs,
-                                       const std::string& without, double budget) {
-        std::vector<Tried> mixtures;
-        for (const BlendWeights& mixed : kMixed) {
-            const std::vector<const Trial::Run*> parts = Parts(runs, mixed);
-            if (mixed == kMixed[0] || CostOf(mixed) > budget ||
-                std::ranges::any_of(parts, [](const auto* run) { return run->halves.empty(); })) {
-                continue;
-            }
-            Tried candidate{"", {}, 0, mixed};
-            for (const Trial::Run* part : parts) {
-                candidate.seconds += part->seconds;
-            }
-            if (parts.size() == 1) {
-                candidate.errors = judge.Of(*parts[0]);
-            } else {
-                Judge::Mean mean = judge.BestMean(parts);
-                candidate.errors = std::move(mean.errors);
-                for (std::size_t k = 0, part = 0; k < kBlendedCount; ++k) {
-                    candidate.weights[k] = mixed[k] > 0 ? mean.weights[part++] : 0;
-                }
-            }
-            candidate.name = BlendName(candidate.weights, without);
-            mixtures.push_back(std::move(candidate));
-        }
-        return mixtures;
-    }
-
     static std::unique_ptr<Denoiser> Make(const Tried& tried) {
         std::unique_ptr<Denoiser> denoiser = MakeDenoiser(tried.name);
-        return tried.weights == BlendWeights{} ? std::move(denoiser)
-                                               : RestoreEnergy(std::move(denoiser));
+        return tried.name == "none" ? std::move(denoiser) : RestoreEnergy(std::move(denoiser));
     }
 
     // One of `stands`, numbers of `tried`, cheapest first.

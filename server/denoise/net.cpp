@@ -31,7 +31,6 @@
 #include "server/denoise/denoiser.h"
 #include "server/denoise/network/network.h"
 #include "server/denoise/network/weights.h"
-#include "server/denoise/oidn.h"
 
 namespace relume::denoise {
 namespace {
@@ -115,9 +114,10 @@ class Net final : public Denoiser {
     Net(const NetParts& parts, std::string without) : parts_(parts), without_(std::move(without)) {
         for (std::size_t k = 0; k < kNetSlotCount; ++k) {
             if (parts[k]) {
-                const std::string blind =
-                    k == kBilateral && !without_.empty() ? ",without=" + without_ : "";
-                candidates_[k] = MakeDenoiser(kNetSlots[k].filter + blind);
+                const bool blind = k == kBilateral && !without_.empty();
+                candidates_[k] =
+                    MakeDenoiser(fmt::format("{}{}{}", kNetSlots[k].filter,
+                                             blind ? ",without=" : "", blind ? without_ : ""));
             }
         }
     }
@@ -187,7 +187,7 @@ std::string JoinNames(const NetParts& parts) {
     std::string names;
     for (std::size_t k = kBilateral + 1; k < kNetSlotCount; ++k) {
         if (parts[k]) {
-            names += (names.empty() ? "" : "-") + std::string(kNetSlots[k].name);
+            names += fmt::format("{}{}", names.empty() ? "" : "-", kNetSlots[k].name);
         }
     }
     return names.empty() ? "none" : names;
@@ -196,12 +196,13 @@ std::string JoinNames(const NetParts& parts) {
 }  // namespace
 
 bool HasNetSlot(std::size_t slot) {
-    return kNetSlots[slot].filter != std::string("oidn") || HasOidnWeights();
+    return kNetSlots[slot].filter != std::string("oidn") ||
+           FindNetworkWeights("rt_hdr_calb_cnrm").has_value();
 }
 
 std::string NetName(const NetParts& parts, const std::string& without) {
-    return "net:candidates=" + JoinNames(parts) +
-           (without.empty() ? "" : ",bilateral-without=" + without);
+    return fmt::format("net:candidates={}{}{}", JoinNames(parts),
+                       without.empty() ? "" : ",bilateral-without=", without);
 }
 
 NetMix MixByNetwork(const Frame& frame, const NetCandidates& candidates,

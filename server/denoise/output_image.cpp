@@ -70,6 +70,10 @@ Image AssembleLayers(const Frame& frame, const Result& result, const ErrorEstima
         if (!frame.feature_variance[f].empty()) {
             AddPlane(FeatureNameWith(f, "_variance"), FeatureMeanVariance(frame, f), &image);
         }
+        if (!frame.feature_half[0][f].empty()) {
+            AddPlane(FeatureNameWith(f, "_a"), frame.feature_half[0][f], &image);
+            AddPlane(FeatureNameWith(f, "_b"), frame.feature_half[1][f], &image);
+        }
     }
     return image;
 }

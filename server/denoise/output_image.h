@@ -20,6 +20,7 @@ namespace relume::denoise {
 // and with `all_layers`
 //   buffer_a.RGB buffer_b.RGB         means of the halves
 //   albedo_variance.RGB N_variance.XYZ Z_variance visibility_variance.Y   of the features' means
+//   albedo_a.RGB albedo_b.RGB ...      means of the features' halves
 // The image's data window is its display window.
 Image AssembleLayers(const Frame& frame, const Result& result, const ErrorEstimate* error,
                      bool all_layers);

@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "core/image/metrics.h"
-#include "server/denoise/blend.h"
 #include "server/denoise/error_estimate.h"
 #include "server/denoise/halves.h"
+#include "server/denoise/net.h"
 
 namespace relume::denoise {
 namespace {
@@ -17,27 +17,11 @@ namespace {
 constexpr int kShare = 16;              // one part in so many is judged
 constexpr int kBlock = 16;              // pixels a side
 constexpr double kLargestShare = 0.02;  // of differences is cut off
-constexpr int kTenths = 10;
-constexpr double kFewestSamples = 8;  // a pixel, to tell filters apart by
+constexpr double kFewestSamples = 8;    // a pixel, to tell filters apart by
 
 std::size_t PixelOf(const Trial::Window& window, int x, int y) {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(window.part.frame.width) +
            static_cast<std::size_t>(x);
-}
-
-// All weights of `count` runs from 1 up that add up to `sum`.
-void ListWeights(std::size_t count, int sum, std::vector<int>* head,
-                 std::vector<std::vector<int>>* all) {
-    if (head->size() + 1 == count) {
-        all->push_back(*head);
-        all->back().push_back(sum);
-        return;
-    }
-    for (int w = 1; w <= sum - static_cast<int>(count - head->size() - 1); ++w) {
-        head->push_back(w);
-        ListWeights(count, sum - w, head, all);
-        head->pop_back();
-    }
 }
 
 }  // namespace
@@ -45,8 +29,11 @@ void ListWeights(std::size_t count, int sum, std::vector<int>* head,
 Trial::Trial(const Frame& frame) {
     std::size_t part = 0;
     for (const TileRect& rect : ChooseWindows(frame, kShare)) {
-        Window window{CutPart(frame, rect), {}};
+        Window window{CutPart(frame, rect), {}, {}};
         part += window.part.frame.pixel_count();
+        for (const int half : {0, 1}) {
+            window.half[static_cast<std::size_t>(half)] = HalfFrame(window.part.frame, half);
+        }
         window.noise = VarianceByHalves(window.part.frame);
         windows_.push_back(std::move(window));
     }
@@ -60,18 +47,41 @@ Trial::Trial(const Frame& frame) {
 
 bool Trial::tells() const { return samples_ == 0 || samples_ >= kFewestSamples; }
 
-Trial::Run Trial::Filter(const Denoiser& denoiser, int halves, const CancelToken& cancel) const {
+template <class Make>
+Trial::Run Trial::RunEach(int halves, Make make) const {
     const auto start = std::chrono::steady_clock::now();
     Run run;
-    for (int half = 0; half < halves; ++half) {
+    for (std::size_t half = 0; half < static_cast<std::size_t>(halves); ++half) {
         auto& windows = run.halves.emplace_back();
-        for (const Window& window : windows_) {
-            windows.push_back(FilterHalf(denoiser, window.part.frame, half, cancel));
+        for (std::size_t w = 0; w < windows_.size(); ++w) {
+            windows.push_back(make(half, w));
         }
     }
     run.seconds = whole_over_part_ / halves *
                   std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return run;
+}
+
+Trial::Run Trial::Filter(const Denoiser& denoiser, int halves, const CancelToken& cancel) const {
+    return RunEach(halves, [&](std::size_t half, std::size_t w) {
+        return RunDenoiser(denoiser, windows_[w].half[half], cancel);
+    });
+}
+
+Trial::Run Trial::Mix(const std::array<const Run*, kNetSlotCount>& runs, int halves,
+                      const CancelToken& cancel) const {
+    return RunEach(halves, [&](std::size_t half, std::size_t w) {
+        const Frame& frame = windows_[w].half[half];
+        Result noisy;
+        std::ranges::copy(frame.color, std::begin(noisy.color));
+        NetCandidates candidates = {&noisy};
+        for (std::size_t k = 1; k < kNetSlotCount; ++k) {
+            candidates[k] = runs[k] == nullptr ? nullptr : &runs[k]->halves[half][w];
+        }
+        Result result;
+        std::ranges::move(MixByNetwork(frame, candidates, cancel).color, std::begin(result.color));
+        return result;
+    });
 }
 
 Judge::Judge(const Trial& trial, std::span<const Trial::Run* const> runs, int halves)
@@ -85,7 +95,7 @@ Judge::Judge(const Trial& trial, std::span<const Trial::Run* const> runs, int ha
                 float mean = 0;
                 for (const Trial::Run* run : runs) {
                     for (int half = 0; half < halves; ++half) {
-                        mean += share * run->halves[static_cast<std::size_t>(half)][w][c][i];
+                        mean += share * run->halves[static_cast<std::size_t>(half)][w].color[c][i];
                     }
                 }
                 scale[c][i] = 1 / (3 * (mean * mean + static_cast<float>(kRelMSEEpsilon)));
@@ -153,7 +163,7 @@ Judge::Errors Judge::Of(const Trial::Run& run, int halves) const {
                 const std::size_t i = PixelOf(trial_.windows()[w], x, y);
                 for (std::size_t c = 0; c < 3; ++c) {
                     for (int half = 0; half < halves; ++half) {
-                        const float f = run.halves[static_cast<std::size_t>(half)][w][c][i];
+                        const float f = run.halves[static_cast<std::size_t>(half)][w].color[c][i];
                         sum += Product(w, c, i, half, f, f);
                     }
                 }
@@ -162,72 +172,6 @@ Judge::Errors Judge::Of(const Trial::Run& run, int halves) const {
         errors.push_back(sum / (static_cast<double>(block.area()) * halves));
     });
     return errors;
-}
-
-Judge::Mean Judge::BestMean(std::span<const Trial::Run* const> runs) const {
-    const std::size_t n = runs.size();
-    // Of errors i and j, a block each: the squared error of a mean is quadratic in the weights.
-    std::vector<std::vector<double>> products;
-    EachBlock([&](std::size_t w, const TileRect& block) {
-        std::vector<double>& sums = products.emplace_back(n * n, 0.0);
-        std::vector<float> values(n);
-        for (int y = block.y0; y < block.y1; ++y) {
-            for (int x = block.x0; x < block.x1; ++x) {
-                const std::size_t i = PixelOf(trial_.windows()[w], x, y);
-                for (std::size_t c = 0; c < 3; ++c) {
-                    for (int half = 0; half < halves_; ++half) {
-                        for (std::size_t k = 0; k < n; ++k) {
-                            values[k] = runs[k]->halves[static_cast<std::size_t>(half)][w][c][i];
-                        }
-                        DrawTogether(values);
-                        for (std::size_t k = 0; k < n; ++k) {
-                            for (std::size_t l = 0; l <= k; ++l) {
-                                sums[k * n + l] += Product(w, c, i, half, values[k], values[l]);
-                            }
-                        }
-                    }
-                }
-            }
-        }
-        for (double& sum : sums) {
-            sum /= static_cast<double>(block.area()) * halves_;
-        }
-    });
-    const auto errors = [&](const std::vector<int>& weights) {
-        Errors of;
-        double all = 0;
-        for (const int weight : weights) {
-            all += weight;
-        }
-        for (const std::vector<double>& block : products) {
-            double sum = 0;
-            for (std::size_t k = 0; k < n; ++k) {
-                for (std::size_t l = 0; l <= k; ++l) {
-                    sum += (k == l ? 1 : 2) * weights[k] * weights[l] * block[k * n + l];
-                }
-            }
-            of.push_back(sum / (all * all) + correction_[of.size()]);
-        }
-        return of;
-    };
-    Mean best{std::vector<int>(n, 1), errors(std::vector<int>(n, 1))};
-    if (!trial_.tells()) {
-        return best;
-    }
-    const Errors equal = best.errors;
-    double least = 0;
-    std::vector<std::vector<int>> all;
-    std::vector<int> head;
-    ListWeights(n, kTenths, &head, &all);
-    for (const std::vector<int>& weights : all) {
-        Errors of = errors(weights);
-        const Difference gain = Compare(of, equal);
-        if (gain.mean + gain.error < least) {
-            least = gain.mean + gain.error;
-            best = {weights, std::move(of)};
-        }
-    }
-    return best;
 }
 
 Judge::Difference Judge::Compare(const Errors& a, const Errors& b) {

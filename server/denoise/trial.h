@@ -9,6 +9,7 @@
 #include "server/denoise/denoiser.h"
 #include "server/denoise/frame.h"
 #include "server/denoise/frame_parts.h"
+#include "server/denoise/net_inputs.h"
 
 namespace relume::denoise {
 
@@ -19,15 +20,19 @@ class Trial {
     explicit Trial(const Frame& frame);
 
     struct Run {
-        std::vector<std::vector<std::array<Plane, 3>>>
-            halves;          // filtered: one or two, a window each
+        std::vector<std::vector<Result>> halves;  // filtered: one or two, a window each
         double seconds = 0;  // expected for the whole frame, by the time that the parts took
     };
     // `halves`: 1, the first alone, or 2.
     Run Filter(const Denoiser& denoiser, int halves, const CancelToken& cancel) const;
+    // What the network of `net` makes of runs, by their number in kNetSlots; null: not there. The
+    // noisy candidate needs none. Its time is that of the network alone.
+    Run Mix(const std::array<const Run*, kNetSlotCount>& runs, int halves,
+            const CancelToken& cancel) const;
 
     struct Window {
         FramePart part;              // of which `inner` is judged: the rest is halo
+        std::array<Frame, 2> half;   // frames of their own
         std::array<Plane, 3> noise;  // variance of the mean
     };
     const std::vector<Window>& windows() const { return windows_; }
@@ -39,6 +44,10 @@ class Trial {
     bool tells() const;
 
   private:
+    // make(half, window) for each, timed.
+    template <class Make>
+    Run RunEach(int halves, Make make) const;
+
     double whole_over_part_ = 1;
     double samples_ = 0;
     std::vector<Window> windows_;
@@ -60,15 +69,6 @@ class Judge {
     using Errors = std::vector<double>;
     Errors OfNone() const;
     Errors Of(const Trial::Run& run) const;
-
-    // The best weighted mean of some runs whose values were drawn together (blend.h), and its
-    // errors. Weights are tenths, none 0, and equal unless others are better by more than one
-    // standard error, or the trial does not tell.
-    struct Mean {
-        std::vector<int> weights;
-        Errors errors;
-    };
-    Mean BestMean(std::span<const Trial::Run* const> runs) const;
 
     // Mean of `a` minus mean of `b`, and the standard error of that. Of the blocks' differences the
     // largest fiftieth is cut off, so that no firefly decides.

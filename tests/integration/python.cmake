@@ -20,3 +20,8 @@ relume_python_test(Metrics.AreScrapedFromAFarmAndLogsParse metrics_test.py)
 relume_python_test(Stability.DefaultIsNoWorseThanUnfiltered stability_test.py)
 # A minute on idle cores, but some hundred processes.
 set_tests_properties(Stability.DefaultIsNoWorseThanUnfiltered PROPERTIES TIMEOUT 1800)
+# Networks against PyTorch, where there is one.
+add_executable(relume-network-runner network_runner.cpp)
+target_link_libraries(relume-network-runner PRIVATE relume_warnings relume::denoise)
+relume_python_test(Networks.EqualPyTorch network_test.py)
+set_tests_properties(Networks.EqualPyTorch PROPERTIES SKIP_RETURN_CODE 77)

@@ -12,9 +12,6 @@
 namespace relume::denoise {
 namespace {
 
-// Of one tile's tensors: an image of two megapixels through Open Image Denoise's base network.
-constexpr std::size_t kMostBytes = std::size_t{1} << 30;
-
 int RoundUp(int value, int to) { return (value + to - 1) / to * to; }
 
 // The image in columns x rows tiles.
@@ -38,11 +35,11 @@ Tiling Divide(const Graph& graph, int width, int height, int columns, int rows) 
 }
 
 // The least work whose tiles fit the memory; the fewest tiles if that is equal. By the size alone.
-Tiling ChooseTiling(const Graph& graph, int width, int height) {
+Tiling ChooseTiling(const Graph& graph, int width, int height, std::size_t most_bytes) {
     const auto most_columns = RoundUp(width, graph.alignment) / graph.alignment;
     const auto most_rows = RoundUp(height, graph.alignment) / graph.alignment;
     const auto fits = [&](const Tiling& tiling) {
-        return LayOut(graph, tiling.width, tiling.height).bytes() <= kMostBytes;
+        return LayOut(graph, tiling.width, tiling.height).bytes() <= most_bytes;
     };
     Tiling best = {};
     double least_work = 0;
@@ -80,7 +77,7 @@ int Network::alignment() const { return impl_->graph.alignment; }
 int Network::halo() const { return impl_->graph.halo; }
 
 std::vector<Plane> Network::Run(std::span<const float* const> inputs, int width, int height,
-                                const CancelToken& cancel) const {
+                                const CancelToken& cancel, std::size_t most_bytes) const {
     const Graph& graph = impl_->graph;
     if (static_cast<int>(inputs.size()) != input_channels()) {
         throw Error(ErrorCode::kInternal, fmt::format("a network of {} inputs was given {}",
@@ -91,7 +88,7 @@ std::vector<Plane> Network::Run(std::span<const float* const> inputs, int width,
     if (pixels == 0) {
         return outputs;
     }
-    const Tiling tiling = ChooseTiling(graph, width, height);
+    const Tiling tiling = ChooseTiling(graph, width, height, most_bytes);
     const int halo = RoundUp(graph.halo, graph.alignment);
     // Tiles of the same size share a plan; sorted so that only one is there at a time.
     std::map<std::pair<int, int>, std::vector<PlanTile>> by_size;

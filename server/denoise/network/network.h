@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <span>
 #include <string>
@@ -68,10 +69,13 @@ class Network {
     int halo() const;
 
     // `inputs`: a plane a channel, each width x height, row-major. Returns as many planes as there
-    // are outputs. Thread-safe. Frames of more than some two megapixels are done in tiles that
-    // overlap by the halo: the same up to rounding. Throws kCancelled soon after `cancel` is set.
+    // are outputs. Thread-safe. A frame whose tensors would take more than `most_bytes` at one time
+    // is done in tiles that overlap by the halo, to the same bits: the default is met by some two
+    // megapixels of Open Image Denoise's base network. Throws kCancelled soon after `cancel` is
+    // set.
+    static constexpr std::size_t kMostBytes = std::size_t{1} << 30;
     std::vector<Plane> Run(std::span<const float* const> inputs, int width, int height,
-                           const CancelToken& cancel) const;
+                           const CancelToken& cancel, std::size_t most_bytes = kMostBytes) const;
 
   private:
     struct Impl;

@@ -146,6 +146,9 @@ TEST(FrameFromImage, ReadsBackWhatIsWritten) {
     EXPECT_EQ(again.count, frame.count);
     for (int f = 0; f < kFeatureCount; ++f) {
         EXPECT_EQ(again.feature[f], frame.feature[f]);
+        EXPECT_FALSE(frame.feature_half[0][f].empty());
+        EXPECT_EQ(again.feature_half[0][f], frame.feature_half[0][f]);
+        EXPECT_EQ(again.feature_half[1][f], frame.feature_half[1][f]);
         ASSERT_EQ(again.feature_variance[f].size(), frame.feature_variance[f].size());
         for (std::size_t i = 0; i < frame.pixel_count(); ++i) {
             // Divided by the count and multiplied again.
