@@ -85,7 +85,7 @@ def filtered(planes, sigmas):
 class Printed(nn.Module):
     """Convolutions conv0, conv1, ..., 3x3, zeros beyond the border, ReLU but after the last."""
 
-    def __init__(self, layers=8, width=32):
+    def __init__(self, layers=6, width=32):
         super().__init__()
         self.name = "relume_printed"
         channels = [INPUTS] + [width] * (layers - 1) + [len(START)]
@@ -107,7 +107,7 @@ class Printed(nn.Module):
 
 def main():
     parser = crops.parser(__doc__)
-    parser.add_argument("--layers", type=int, default=8, help="convolutions; the paper has 64")
+    parser.add_argument("--layers", type=int, default=6, help="convolutions; the paper has 64")
     parser.add_argument("--width", type=int, default=32, help="features between them; the paper has 128")
     options = parser.parse_args()
     crops.train(Printed(options.layers, options.width), options)

@@ -4,7 +4,7 @@
 //
 // What the paper prints: three stages of 3x3 convolutions, the middle one of 64 layers with 128
 // features: 9.4 million multiplications a pixel, minutes for a megapixel. Here: a plain stack of as
-// many convolutions as there are weights, by default eight of 32 features, without the residual
+// many convolutions as there are weights, by default six of 32 features, without the residual
 // connections that 64 would need to be trained. What it leaves open: the inputs
 // (net_printed_inputs.h); sigma = 0.01 + softplus of the outputs; window 17x17, clipped at the
 // border; training by relative L1 of the filtered image. To the letter: D of (8) without a square,
