@@ -24,6 +24,7 @@ PLANES = {"color": 3, "albedo": 3, "N": 3, "depth": 1, "color_variance": 1, "alb
 _FIRST = dict(zip(PLANES, np.cumsum([0] + list(PLANES.values()))))
 COUNT = sum(PLANES.values())
 
+REPORTS = 6          # in all
 LOSS_EPSILON = 0.05  # radiance; frames are exposed so that its logarithm's mean is about that of 0.18
 
 
@@ -140,6 +141,7 @@ def parser(text):
     made.add_argument("--data", required=True, help="folder of the shards, made with --extras")
     made.add_argument("--out", required=True, help="archive to write, .tza; the report goes beside it, .json")
     made.add_argument("--seconds", type=float, default=90, help="of training, after the data is read")
+    made.add_argument("--steps", type=int, help="of training, instead of --seconds")
     made.add_argument("--batch", type=int, help="crops a step; 32 on a GPU, 4 without")
     made.add_argument("--crop", type=int, default=64, help="side, pixels")
     made.add_argument("--rate", type=float, default=1e-3, help="of learning, at its highest")
@@ -163,51 +165,50 @@ def train(model, options):
     device = "cuda" if torch.cuda.is_available() else "cpu"
     torch.backends.cudnn.benchmark = True
     torch.backends.cudnn.allow_tf32 = torch.backends.cuda.matmul.allow_tf32 = True
-    torch.manual_seed(options.seed)
-    initial = model.state_dict()
     batch = options.batch or (32 if device == "cuda" else 4)
     frames = Frames(options.data, False, device)
     held_out = Frames(options.data, True, device, judged=True)
     model.to(device)
-    optimiser = torch.optim.Adam(model.parameters(), lr=options.rate)
+    adam = torch.optim.Adam(model.parameters(), lr=options.rate)
     step, before, curve = 0, 0.0, []
     if options.state and os.path.exists(options.state):
         state = torch.load(options.state, map_location=device)
         model.load_state_dict(state["model"])
-        optimiser.load_state_dict(state["optimiser"])
+        adam.load_state_dict(state["adam"])
         step, before, curve = state["step"], state["seconds"], state["curve"]
+    report = {"network": model.name, "weights": sum(p.numel() for p in model.parameters()),
+              "frames": len(frames.planes), "held_out": len(held_out.planes), "device": device, "batch": batch,
+              "crop": options.crop, "rate": options.rate, "curve": curve}
+    print(json.dumps(report), flush=True)
     rng = np.random.default_rng([options.seed, step])
-    started, losses, reports = time.time(), [], 6
-    print("%s: %d weights, %d frames, %d held out, %s" % (model.name, sum(p.numel() for p in initial.values()),
-                                                         len(frames.planes), len(held_out.planes), device), flush=True)
-    next_report = math.floor(before / options.seconds * reports) + 1
+    started, losses, next_report = time.time(), [], None
     while True:
         seconds = before + time.time() - started
-        if seconds >= next_report * options.seconds / reports or seconds >= options.seconds:
-            next_report = math.floor(seconds / options.seconds * reports) + 1
-            ended = seconds >= options.seconds
+        done = step / options.steps if options.steps else seconds / options.seconds
+        next_report = next_report or math.floor(done * REPORTS) + 1
+        if done * REPORTS >= next_report or done >= 1:
+            next_report = math.floor(done * REPORTS) + 1
             # Until the end of a few frames: what it takes counts as training.
-            ratios = judge(model, held_out, 1 if ended else max(1, len(held_out.planes) // 12))
+            ratios = judge(model, held_out, 1 if done >= 1 else max(1, len(held_out.planes) // 12))
             curve.append({"step": step, "seconds": round(seconds, 1), "held_out": ratios,
-                          "loss": float(torch.stack(losses).mean()) if losses else None})
+                          "loss": round(float(torch.stack(losses).mean()), 6) if losses else None})
             losses = []
             print(json.dumps(curve[-1]), flush=True)
-            _save(model, options, {"network": model.name, "frames": len(frames.planes), "held_out": len(held_out.planes),
-                                   "batch": batch, "crop": options.crop, "rate": options.rate, "curve": curve})
+            _save(model, options, report)
             if options.state:
-                torch.save({"model": model.state_dict(), "optimiser": optimiser.state_dict(), "step": step,
-                            "seconds": seconds, "curve": curve}, options.state + ".part")
+                torch.save({"model": model.state_dict(), "adam": adam.state_dict(), "step": step, "seconds": seconds,
+                            "curve": curve}, options.state + ".part")
                 os.replace(options.state + ".part", options.state)
-            if ended:
+            if done >= 1:
                 return
-        for group in optimiser.param_groups:
-            group["lr"] = options.rate * _rate(seconds / options.seconds)
+        for group in adam.param_groups:
+            group["lr"] = options.rate * _rate(done)
         planes, reference = frames.crops(rng, batch, options.crop)
         loss = relative_l1(model(planes), reference)
-        optimiser.zero_grad()
+        adam.zero_grad()
         loss.backward()
         norm = nn.utils.clip_grad_norm_(model.parameters(), 1.0)
         if torch.isfinite(norm):
-            optimiser.step()
+            adam.step()
         losses.append(loss.detach())
         step += 1

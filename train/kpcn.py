@@ -93,6 +93,7 @@ def main():
     parser = crops.parser(__doc__)
     parser.add_argument("--size", choices=list(SIZES), default="lite")
     options = parser.parse_args()
+    torch.manual_seed(options.seed)
     crops.train(Kpcn(options.size), options)
 
 

@@ -110,6 +110,7 @@ def main():
     parser.add_argument("--layers", type=int, default=6, help="convolutions; the paper has 64")
     parser.add_argument("--width", type=int, default=32, help="features between them; the paper has 128")
     options = parser.parse_args()
+    torch.manual_seed(options.seed)
     crops.train(Printed(options.layers, options.width), options)
 
 
