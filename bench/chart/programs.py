@@ -4,9 +4,18 @@ import hashlib
 import json
 import os
 import subprocess
+import sys
 
 RENDERS = ("relume", "relume-server", "relume-worker")
 FILTERS = ("relume", "relume-denoise")
+
+
+def can_be_made(denoise, filter_):
+    """Whether relume-denoise has what the filter needs, such as weights; said on stderr if not."""
+    run = subprocess.run([denoise, "-", "-o", "-", "--filter", filter_], stderr=subprocess.PIPE, text=True, check=False)
+    if run.returncode == 2:  # the filter's own fault; that of the input, which does not exist, would be 3
+        print(f"{filter_}: left out: {run.stderr.strip()}", file=sys.stderr)
+    return run.returncode != 2
 
 
 class BenchError(Exception):

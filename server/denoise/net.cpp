@@ -6,11 +6,12 @@
 // they are from the noisy image over its noise, and the features (net_inputs.h). Its outputs are
 // weights by softmax: the result lies between the candidates, one of which is the noisy image.
 //
-//   candidates          beside the noisy image and bilateral:mode=robust, which are always there:
-//   of
-//                       rd, nfor and oidn, joined by '-'; "none": none. Default: rd-nfor, and oidn
-//                       if its weights are there
-//   bilateral-without   features that the bilateral filter is not to look at, as `without`
+//   mode                corrected (default), or printed: net_printed.cpp
+//   candidates          corrected only: beside the noisy image and bilateral:mode=robust, which are
+//                       always there, of rd, nfor and oidn, joined by '-'; "none": none. Default:
+//                       rd-nfor, and oidn if its weights are there
+//   bilateral-without   corrected only: features that the bilateral filter is not to look at, as
+//                       `without`
 //
 // The estimated error is the weighted mean of the candidates' own, an upper bound where they are
 // right (Jensen); unset if oidn, which has none, is among them.
@@ -29,6 +30,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "server/denoise/denoiser.h"
+#include "server/denoise/net_printed.h"
 #include "server/denoise/network/network.h"
 #include "server/denoise/network/weights.h"
 
@@ -228,6 +230,9 @@ NetMix MixByNetwork(const Frame& frame, const NetCandidates& candidates,
 }
 
 std::unique_ptr<Denoiser> MakeNet(const ParamSet& params) {
+    if (params.GetChoice("mode", "corrected", {"corrected", "printed"}) == "printed") {
+        return MakePrintedNet();
+    }
     NetParts all;
     for (std::size_t k = 0; k < kNetSlotCount; ++k) {
         all[k] = HasNetSlot(k);

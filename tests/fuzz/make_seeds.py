@@ -306,6 +306,20 @@ def pbrt_scenes(folder, scenes):
         write(folder, "pbrt", name, text[:text.rfind(b"\n") + 1])
 
 
+def tza(shapes):
+    """Weights of a network, zeros in halves."""
+    data, table = bytearray(64), struct.pack("<I", len(shapes))
+    for name, shape in shapes.items():
+        table += struct.pack("<H", len(name)) + name.encode() + struct.pack(f"<B{len(shape)}I", len(shape), *shape)
+        table += (b"oihw" if len(shape) == 4 else b"x") + b"h" + struct.pack("<Q", len(data))
+        count = 1
+        for size in shape:
+            count *= size
+        data += bytes(-(-2 * count // 64) * 64)
+    data[:12] = struct.pack("<HBBQ", 0x41D7, 2, 0, len(data))
+    return bytes(data) + table
+
+
 def main():
     folder, scenes = sys.argv[1], sys.argv[2]
     scenes = os.devnull if scenes == "-" else scenes
@@ -313,6 +327,7 @@ def main():
     meshes(folder, scenes)
     gltf_scenes(folder, scenes)
     pbrt_scenes(folder, scenes)
+    write(folder, "tza", "weights", tza({"a.weight": (2, 1, 3, 3), "a.bias": (2,)}))
     write(folder, "texts", "paths", "scene.gltf\ntextures/a%20b.png\n../x\na/./b/../c\n/x\nhttp://a/b\nC:\\x\n"
           "data:image/png;base64,iVBORw0KGgo=\ndata:,a%20b\nfile:///x\n")
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <mutex>
+#include <span>
 #include <stdexcept>
 
 #include "core/base/error.h"
@@ -15,6 +16,7 @@
 #include "core/scene/manifest.h"
 #include "core/scene/ply.h"
 #include "core/scene/uri.h"
+#include "server/denoise/network/tza.h"
 
 namespace relume::test {
 namespace {
@@ -178,11 +180,25 @@ void ReadTexts(std::string_view bytes) {
     }
 }
 
+void ReadWeights(std::string_view bytes) {
+    try {
+        for (const auto& [name, tensor] :
+             denoise::ParseTza(std::as_bytes(std::span(bytes)), "weights.tza")) {
+            std::size_t count = 1;
+            for (const int size : tensor.shape) {
+                count *= static_cast<std::size_t>(size);
+            }
+            Promise(tensor.values.size() == count, "values do not match the shape");
+        }
+    } catch (const Error&) {
+    }
+}
+
 }  // namespace
 
 const std::vector<std::string>& InputKinds() {
-    static const std::vector<std::string> kinds{"pbrt", "gltf",  "glb",  "obj",
-                                                "ply",  "image", "texts"};
+    static const std::vector<std::string> kinds{"pbrt", "gltf",  "glb",   "obj",
+                                                "ply",  "image", "texts", "tza"};
     return kinds;
 }
 
@@ -193,6 +209,8 @@ void ReadInput(const std::string& kind, std::string_view bytes) {
         ReadPlyMesh(bytes);
     } else if (kind == "texts") {
         ReadTexts(bytes);
+    } else if (kind == "tza") {
+        ReadWeights(bytes);
     } else {
         ReadScene(kind, bytes);
     }

@@ -7,7 +7,7 @@
 namespace relume::test {
 
 // The kinds of input that come from elsewhere: "pbrt", "gltf", "glb", "obj", "ply", "image",
-// "texts" (manifest paths and URIs).
+// "texts" (manifest paths and URIs), "tza" (weights of networks).
 const std::vector<std::string>& InputKinds();
 
 // Gives the bytes to all that reads such input. What is wrong with them must end in a

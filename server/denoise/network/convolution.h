@@ -1,32 +1,36 @@
 #pragma once
 
-#include <cstddef>
 #include <memory>
 #include <vector>
 
 namespace relume::denoise {
 
-// The convolution of a band of rows by one thread, float32: the one place that knows oneDNN.
+// Channels that lie side by side in memory, as this processor's instructions like them: 16 or 8.
+// Pixels of more channels are cut into groups of so many, the last filled up with zeros.
+int ChannelLanes();
+
+// The convolution of a block of an image by one thread, float32: the one place that knows oneDNN.
 struct ConvolutionShape {
-    int inputs, outputs;  // channels
+    int inputs, outputs;  // channels, multiples of ChannelLanes()
     int kernel;           // odd: kernel x kernel
-    int width, rows;      // of the result, pixels
+    int rows, columns;    // of the result, pixels
     bool relu;
 };
 
-class BandConvolution {
+class BlockConvolution {
   public:
-    // `weights`: outputs x inputs x kernel x kernel, `bias`: outputs; both are copied.
-    BandConvolution(const ConvolutionShape& shape, const std::vector<float>& weights,
-                    const std::vector<float>& bias);
-    ~BandConvolution();
-    BandConvolution(BandConvolution&&) noexcept;
-    BandConvolution& operator=(BandConvolution&&) noexcept;
+    // `weights`: outputs x inputs x kernel x kernel, `bias`: outputs. Both are copied; or shared
+    // with `like`, which has the same and other rows and columns, if there is one.
+    BlockConvolution(const ConvolutionShape& shape, const std::vector<float>& weights,
+                     const std::vector<float>& bias, const BlockConvolution* like);
+    ~BlockConvolution();
+    BlockConvolution(BlockConvolution&&) noexcept;
+    BlockConvolution& operator=(BlockConvolution&&) noexcept;
 
-    // `from`: rows + kernel - 1 rows of width pixels of `inputs` numbers; `to`: rows rows of width
-    // pixels of `outputs`. What is left and right of the rows counts as 0. Thread-safe; uses no
-    // thread but the caller's.
-    void Run(const float* from, float* to) const;
+    // `from`: kernel - 1 more rows and columns than the result. Both: group of channels, row,
+    // column, channel of the group. `scratch` is the thread's, grown as needed. Thread-safe; uses
+    // no thread but the caller's.
+    void Run(const float* from, float* to, std::vector<float>* scratch) const;
 
   private:
     struct Impl;

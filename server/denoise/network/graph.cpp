@@ -166,10 +166,19 @@ class Lowering {
         const bool alone = value.sources.size() == 1 && value.sources.front().up == 0 &&
                            !graph_.steps.empty() && graph_.steps.back().tensor == tensor &&
                            !graph_.steps.back().pool && readers_[layer_->inputs.front()] == 1;
-        GraphStep& step = alone ? graph_.steps.back() : AddStep(value, 0);
-        step.pool = true;
-        ++graph_.tensors[static_cast<std::size_t>(step.tensor)].scale;
-        return {{{step.tensor, 0}}, value.scale + 1, value.halo};
+        if (alone) {
+            graph_.steps.back().pool = true;
+            ++graph_.tensors[static_cast<std::size_t>(tensor)].scale;
+            return {{{tensor, 0}}, value.scale + 1, value.halo};
+        }
+        Value pooled = {{}, value.scale + 1, value.halo};
+        for (const GraphSource& source : value.sources) {
+            GraphStep& step = AddStep({{source}, value.scale, value.halo}, 0);
+            step.pool = true;
+            ++graph_.tensors[static_cast<std::size_t>(step.tensor)].scale;
+            pooled.sources.push_back({step.tensor, 0});
+        }
+        return pooled;
     }
 
     void Finish() {
@@ -182,11 +191,8 @@ class Lowering {
         for (std::size_t s = 0; s < graph_.steps.size(); ++s) {
             const GraphStep& step = graph_.steps[s];
             for (const GraphSource& source : step.sources) {
-                GraphTensor& tensor = graph_.tensors[static_cast<std::size_t>(source.tensor)];
-                tensor.last_step = static_cast<int>(s);
-                if (step.sources.size() == 1 && source.up == 0) {
-                    tensor.border = std::max(tensor.border, step.kernel / 2);
-                }
+                graph_.tensors[static_cast<std::size_t>(source.tensor)].last_step =
+                    static_cast<int>(s);
             }
         }
     }

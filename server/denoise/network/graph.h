@@ -11,7 +11,6 @@ namespace relume::denoise {
 // A tensor of pixels, `channels` numbers each, at the input's size divided by 2^scale.
 struct GraphTensor {
     int channels, scale;
-    int border = 0;      // rows of zeros above and below that readers need
     int last_step = -1;  // that reads it
 };
 
@@ -24,10 +23,10 @@ struct GraphSource {
 // not. Upsampling and concatenation are how sources are read, and what is pooled is never stored at
 // full size unless something else reads it.
 struct GraphStep {
-    std::vector<GraphSource> sources;
-    int inputs = 0;  // channels of the sources in all
-    int scale = 0;   // before pooling
-    int kernel = 0;  // 0: no convolution
+    std::vector<GraphSource> sources;  // without convolution: one
+    int inputs = 0;                    // channels of the sources in all
+    int scale = 0;                     // before pooling
+    int kernel = 0;                    // 0: no convolution
     bool relu = false, pool = false;
     std::vector<float> weights, bias;  // outputs x inputs x kernel x kernel; outputs
     int outputs = 0;                   // channels

@@ -48,9 +48,11 @@ inline LayerSpec Concatenate(std::string name, std::vector<std::string> inputs) 
 
 // A network ready to run: float32, convolutions by oneDNN.
 //
-// The same bits for any number of threads: rows are cut into bands by the frame's size alone, and a
-// band is one thread's. oneDNN takes the instructions that the processor has, and sums in the order
-// that suits them: results of different processors differ by rounding.
+// The same bits for any number of threads: images are cut into blocks by their size alone, and a
+// block is one thread's. oneDNN takes the instructions that the processor has, and sums in the
+// order that suits them (3x3 kernels by Winograd's way where there is AVX-512, whose rounding
+// errors are some 1e-6 of the largest values near by): results of different processors differ by
+// rounding.
 class Network {
   public:
     // A graph that the weights don't fit throws kInvalidArgument, which names `source` and the
@@ -65,14 +67,14 @@ class Network {
     // Sides are padded with zeros to the right and below to a multiple of this: 2 to the number of
     // poolings one after another.
     int alignment() const;
-    // Pixels to each side of one that its output depends on, at most.
+    // Pixels to each side of one that its output depends on, at most, but for rounding.
     int halo() const;
 
     // `inputs`: a plane a channel, each width x height, row-major. Returns as many planes as there
     // are outputs. Thread-safe. A frame whose tensors would take more than `most_bytes` at one time
-    // is done in tiles that overlap by the halo, to the same bits: the default is met by some two
-    // megapixels of Open Image Denoise's base network. Throws kCancelled soon after `cancel` is
-    // set.
+    // is done in tiles that overlap by the halo, the same but for rounding: the default is met by
+    // some two megapixels of Open Image Denoise's base network. Throws kCancelled soon after
+    // `cancel` is set.
     static constexpr std::size_t kMostBytes = std::size_t{1} << 30;
     std::vector<Plane> Run(std::span<const float* const> inputs, int width, int height,
                            const CancelToken& cancel, std::size_t most_bytes = kMostBytes) const;

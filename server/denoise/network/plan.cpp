@@ -9,175 +9,221 @@
 namespace relume::denoise {
 namespace {
 
-// Multiplications of a band, about: two milliseconds, so that threads end together and a cancelled
-// run ends soon; and enough rows that those around it cost little.
-constexpr double kBandProducts = 128e6;
-constexpr int kFewestRows = 4;
+// Blocks are small enough for what they read and write to stay in the caches and for threads to end
+// together, and large enough that what is around them costs little.
+constexpr int kMostColumns = 512;
+constexpr double kBlockProducts = 384e6;  // multiplications, before Winograd's savings
+constexpr int kFewestRows = 8, kMostRows = 64;
 
-std::size_t Size(const Graph& graph, std::size_t tensor, int width, int height) {
-    const GraphTensor& t = graph.tensors[tensor];
-    return static_cast<std::size_t>((height >> t.scale) + 2 * t.border) *
-           static_cast<std::size_t>(width >> t.scale) * static_cast<std::size_t>(t.channels);
-}
+int RoundUp(int value, int to) { return (value + to - 1) / to * to; }
 
-// Rows of a step's bands: even, as pooling takes two.
-int BandRows(const GraphStep& step, int width, int rows) {
-    const double products = static_cast<double>(width >> step.scale) * step.inputs *
-                            std::max(1, step.outputs * step.kernel * step.kernel);
-    const int wanted = static_cast<int>(std::min(kBandProducts / products, 1e6)) / 2 * 2;
-    return std::min(std::max(wanted, kFewestRows), rows);
+// Filled up with zeros to whole groups of channels, of which each source has its own.
+std::vector<float> FillUp(const Graph& graph, const GraphStep& step, int inputs, int outputs,
+                          int lanes) {
+    const auto area = static_cast<std::size_t>(step.kernel * step.kernel);
+    std::vector<float> weights(static_cast<std::size_t>(inputs * outputs) * area);
+    for (int o = 0; o < step.outputs; ++o) {
+        int from = o * step.inputs, to = o * inputs;
+        for (const GraphSource& source : step.sources) {
+            const int channels = graph.tensors[static_cast<std::size_t>(source.tensor)].channels;
+            std::copy_n(step.weights.begin() + static_cast<std::ptrdiff_t>(from * area),
+                        static_cast<std::size_t>(channels) * area,
+                        weights.begin() + static_cast<std::ptrdiff_t>(to * area));
+            from += channels;
+            to += RoundUp(channels, lanes);
+        }
+    }
+    return weights;
 }
 
 }  // namespace
 
-std::size_t PlanMemory::bytes() const {
-    std::size_t sum = 0;
-    for (const std::size_t size : sizes) {
-        sum += size * sizeof(float);
-    }
-    return sum;
-}
-
-PlanMemory LayOut(const Graph& graph, int width, int height) {
-    PlanMemory memory;
-    memory.buffer.assign(graph.tensors.size(), -1);
-    std::vector<int> free;
-    const auto give = [&](std::size_t tensor) {
-        const std::size_t size = Size(graph, tensor, width, height);
-        // The smallest that is large enough, else the largest.
-        auto best = free.end();
-        for (auto f = free.begin(); f != free.end(); ++f) {
-            const std::size_t has = memory.sizes[static_cast<std::size_t>(*f)];
-            const std::size_t of_best =
-                best == free.end() ? 0 : memory.sizes[static_cast<std::size_t>(*best)];
-            if (best == free.end() ||
-                (has >= size ? of_best < size || has < of_best : of_best < size && has > of_best)) {
-                best = f;
-            }
-        }
-        if (best == free.end()) {
-            memory.buffer[tensor] = static_cast<int>(memory.sizes.size());
-            memory.sizes.push_back(size);
-            return;
-        }
-        memory.buffer[tensor] = *best;
-        std::size_t& has = memory.sizes[static_cast<std::size_t>(*best)];
-        has = std::max(has, size);
-        free.erase(best);
-    };
-    give(0);
-    for (std::size_t s = 0; s < graph.steps.size(); ++s) {
-        if (graph.steps[s].tensor >= 0) {
-            give(static_cast<std::size_t>(graph.steps[s].tensor));
-        }
-        for (std::size_t t = 0; t < graph.tensors.size(); ++t) {
-            const bool unread =
-                graph.steps[s].tensor == static_cast<int>(t) && graph.tensors[t].last_step < 0;
-            if (graph.tensors[t].last_step == static_cast<int>(s) || unread) {
-                free.push_back(memory.buffer[t]);
-            }
-        }
-    }
-    return memory;
-}
-
 Plan::Plan(const Graph& graph, int width, int height)
-    : graph_(graph), width_(width), height_(height), memory_(LayOut(graph, width, height)) {
+    : graph_(graph),
+      width_(width),
+      height_(height),
+      lanes_(static_cast<std::size_t>(ChannelLanes())),
+      memory_(LayOut(graph, width, height)) {
     for (const std::size_t size : memory_.sizes) {
         buffers_.push_back(std::make_unique_for_overwrite<float[]>(size));
     }
     for (const GraphStep& step : graph.steps) {
-        Step& planned = steps_.emplace_back();
-        planned.rows = height >> step.scale;
-        planned.band = BandRows(step, width, planned.rows);
-        if (step.kernel == 0) {
-            continue;
-        }
-        ConvolutionShape shape = {step.inputs,         step.outputs, step.kernel,
-                                  width >> step.scale, planned.band, step.relu};
-        planned.convolutions.emplace_back(shape, step.weights, step.bias);
-        shape.rows = planned.rows % planned.band;
-        if (shape.rows > 0) {
-            planned.convolutions.emplace_back(shape, step.weights, step.bias);
-        }
+        steps_.push_back(PlanStep(step));
     }
 }
 
-float* Plan::Row(int tensor, int y) const {
-    const GraphTensor& t = graph_.tensors[static_cast<std::size_t>(tensor)];
-    float* data =
-        buffers_[static_cast<std::size_t>(memory_.buffer[static_cast<std::size_t>(tensor)])].get();
-    return data + static_cast<std::size_t>(y + t.border) *
-                      static_cast<std::size_t>(width_ >> t.scale) *
-                      static_cast<std::size_t>(t.channels);
-}
-
-void Plan::ClearBorder(int tensor) const {
-    const GraphTensor& t = graph_.tensors[static_cast<std::size_t>(tensor)];
-    float* above = Row(tensor, -t.border);
-    float* below = Row(tensor, height_ >> t.scale);
-    const auto size = static_cast<std::size_t>(Row(tensor, 0) - above);
-    std::fill_n(above, size, 0.0f);
-    std::fill_n(below, size, 0.0f);
-}
-
-// Rows y0 to y1 of a step's sources side by side, zeros beyond the image.
-const float* Plan::Gather(const GraphStep& step, int y0, int y1,
-                          std::vector<float>* scratch) const {
-    const auto width = static_cast<std::size_t>(width_ >> step.scale);
-    const int height = height_ >> step.scale;
-    const auto stride = static_cast<std::size_t>(step.inputs);
-    scratch->resize(static_cast<std::size_t>(y1 - y0) * width * stride);
-    std::size_t offset = 0;
+Plan::Step Plan::PlanStep(const GraphStep& step) const {
+    const int lanes = ChannelLanes();
+    Step planned;
+    planned.width = width_ >> step.scale;
+    planned.height = height_ >> step.scale;
     for (const GraphSource& source : step.sources) {
-        const auto channels = static_cast<std::size_t>(
-            graph_.tensors[static_cast<std::size_t>(source.tensor)].channels);
-        const std::size_t bytes = channels * sizeof(float);
-        for (int y = y0; y < y1; ++y) {
-            float* to =
-                scratch->data() + static_cast<std::size_t>(y - y0) * width * stride + offset;
-            if (y < 0 || y >= height) {
-                for (std::size_t x = 0; x < width; ++x) {
-                    std::memset(to + x * stride, 0, bytes);
-                }
-                continue;
-            }
-            const float* from = Row(source.tensor, y >> source.up);
-            for (std::size_t x = 0; x < width; ++x) {
-                std::memcpy(to + x * stride, from + (x >> source.up) * channels, bytes);
+        planned.inputs += Groups(source.tensor) * lanes;
+    }
+    planned.outputs = step.kernel > 0 ? RoundUp(step.outputs, lanes) : planned.inputs;
+
+    // Sides of blocks are multiples of 4, Winograd's tile, and even, as pooling takes two.
+    const int columns = (planned.width + kMostColumns - 1) / kMostColumns;
+    planned.block_columns =
+        std::min(RoundUp((planned.width + columns - 1) / columns, 4), planned.width);
+    const double products = static_cast<double>(planned.block_columns) * planned.inputs *
+                            std::max(1, planned.outputs * step.kernel * step.kernel);
+    const int rows =
+        static_cast<int>(std::clamp<double>(kBlockProducts / products, kFewestRows, kMostRows));
+    planned.block_rows = std::min(rows / 4 * 4, planned.height);
+
+    if (step.kernel > 0) {
+        const std::vector<float> weights =
+            FillUp(graph_, step, planned.inputs, planned.outputs, lanes);
+        std::vector<float> bias = step.bias;
+        bias.resize(static_cast<std::size_t>(planned.outputs));
+        const int last_columns = planned.width % planned.block_columns;
+        const int last_rows = planned.height % planned.block_rows;
+        for (const int kind : {0, 1, 2, 3}) {
+            const ConvolutionShape shape = {planned.inputs,
+                                            planned.outputs,
+                                            step.kernel,
+                                            kind / 2 == 0 ? planned.block_rows : last_rows,
+                                            kind % 2 == 0 ? planned.block_columns : last_columns,
+                                            step.relu};
+            if (shape.rows > 0 && shape.columns > 0) {
+                planned.convolutions[kind] = std::make_unique<BlockConvolution>(
+                    shape, weights, bias, planned.convolutions[0].get());
             }
         }
-        offset += channels;
     }
-    return scratch->data();
+    return planned;
+}
+
+int Plan::Groups(int tensor) const {
+    const int lanes = ChannelLanes();
+    return (graph_.tensors[static_cast<std::size_t>(tensor)].channels + lanes - 1) / lanes;
+}
+
+float* Plan::Pixel(int tensor, int y, int group, int x) const {
+    const auto t = static_cast<std::size_t>(tensor);
+    const int width = width_ >> graph_.tensors[t].scale;
+    const std::size_t row = static_cast<std::size_t>(y) * static_cast<std::size_t>(Groups(tensor)) +
+                            static_cast<std::size_t>(group);
+    return buffers_[static_cast<std::size_t>(memory_.buffer[t])].get() +
+           (row * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)) * lanes_;
 }
 
 void Plan::ReadInput(std::span<const float* const> inputs, int image_width, int image_height,
-                     const PlanTile& tile) {
-    const std::size_t channels = inputs.size();
-    ClearBorder(0);
+                     const PlanTile& tile) const {
     const int in_image = std::clamp(image_width - tile.x, 0, width_);
+    const auto width = static_cast<std::size_t>(width_);
     ParallelFor(0, static_cast<std::size_t>(height_), 8, [&](std::size_t begin, std::size_t end) {
         for (auto y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
-            float* to = Row(0, y);
-            std::fill_n(to, static_cast<std::size_t>(width_) * channels, 0.0f);
+            std::fill_n(Pixel(0, y, 0, 0), static_cast<std::size_t>(Groups(0)) * width * lanes_,
+                        0.0f);
             if (tile.y + y >= image_height) {
                 continue;
             }
             const std::size_t first =
                 static_cast<std::size_t>(tile.y + y) * static_cast<std::size_t>(image_width) +
                 static_cast<std::size_t>(tile.x);
-            for (std::size_t c = 0; c < channels; ++c) {
-                for (int x = 0; x < in_image; ++x) {
-                    to[static_cast<std::size_t>(x) * channels + c] =
-                        inputs[c][first + static_cast<std::size_t>(x)];
+            for (std::size_t c = 0; c < inputs.size(); ++c) {
+                float* to = Pixel(0, y, static_cast<int>(c / lanes_), 0) + c % lanes_;
+                for (std::size_t x = 0; x < static_cast<std::size_t>(in_image); ++x) {
+                    to[x * lanes_] = inputs[c][first + x];
                 }
             }
         }
     });
 }
 
-// Given back in the end, so that a thread that comes later need not touch fresh memory.
+// What the step reads for a block, with the kernel's reach around it: sources side by side, zeros
+// beyond the image.
+void Plan::Gather(const GraphStep& step, const Block& block, std::vector<float>* input) const {
+    const int side = step.kernel / 2;
+    const int width = width_ >> step.scale, height = height_ >> step.scale;
+    const int left = block.x - side, right = block.x + block.columns + side;
+    const int x0 = std::max(left, 0), x1 = std::min(right, width);
+    std::size_t groups = 0;
+    for (const GraphSource& source : step.sources) {
+        groups += static_cast<std::size_t>(Groups(source.tensor));
+    }
+    const std::size_t row = static_cast<std::size_t>(right - left) * lanes_;
+    const std::size_t size = groups * static_cast<std::size_t>(block.rows + 2 * side) * row;
+    if (input->size() < size) {
+        input->resize(size);
+    }
+    float* to = input->data();
+    for (const GraphSource& source : step.sources) {
+        for (int group = 0; group < Groups(source.tensor); ++group) {
+            for (int y = block.y - side; y < block.y + block.rows + side; ++y, to += row) {
+                if (y < 0 || y >= height) {
+                    std::fill_n(to, row, 0.0f);
+                    continue;
+                }
+                float* at = std::fill_n(to, static_cast<std::size_t>(x0 - left) * lanes_, 0.0f);
+                const float* from = Pixel(source.tensor, y >> source.up, group, 0);
+                if (source.up == 0) {
+                    const auto count = static_cast<std::size_t>(x1 - x0) * lanes_;
+                    at = std::copy_n(from + static_cast<std::size_t>(x0) * lanes_, count, at);
+                } else {
+                    for (int x = x0; x < x1; ++x, at += lanes_) {
+                        std::memcpy(at, from + static_cast<std::size_t>(x >> source.up) * lanes_,
+                                    lanes_ * sizeof(float));
+                    }
+                }
+                std::fill_n(at, static_cast<std::size_t>(right - x1) * lanes_, 0.0f);
+            }
+        }
+    }
+}
+
+void Plan::Store(const GraphStep& step, const Block& block, const float* result) const {
+    const auto row = static_cast<std::size_t>(block.columns) * lanes_;
+    for (int group = 0; group < Groups(step.tensor); ++group) {
+        for (int y = block.y; y < block.y + block.rows; ++y, result += row) {
+            std::copy_n(result, row, Pixel(step.tensor, y, group, block.x));
+        }
+    }
+}
+
+void Plan::StorePooled(const GraphStep& step, const Block& block, const float* result) const {
+    const auto row = static_cast<std::size_t>(block.columns) * lanes_;
+    for (int group = 0; group < Groups(step.tensor); ++group) {
+        for (int y = block.y; y < block.y + block.rows; y += 2, result += 2 * row) {
+            float* to = Pixel(step.tensor, y / 2, group, block.x / 2);
+            for (std::size_t i = 0; i < row; i += 2 * lanes_, to += lanes_) {
+                const float* above = result + i;
+                const float* below = above + row;
+                for (std::size_t c = 0; c < lanes_; ++c) {
+                    to[c] = std::max(std::max(above[c], above[lanes_ + c]),
+                                     std::max(below[c], below[lanes_ + c]));
+                }
+            }
+        }
+    }
+}
+
+void Plan::StoreOutput(const Block& block, const float* result, int image_width,
+                       const PlanTile& tile, std::vector<Plane>* outputs) const {
+    const auto row = static_cast<std::size_t>(block.columns) * lanes_;
+    const int x0 = std::max(block.x, tile.inner_x - tile.x);
+    const int x1 = std::min(block.x + block.columns, tile.inner_x + tile.inner_width - tile.x);
+    const int y0 = std::max(block.y, tile.inner_y - tile.y);
+    const int y1 = std::min(block.y + block.rows, tile.inner_y + tile.inner_height - tile.y);
+    for (std::size_t c = 0; c < outputs->size(); ++c) {
+        const float* group =
+            result + c / lanes_ * static_cast<std::size_t>(block.rows) * row + c % lanes_;
+        for (int y = y0; y < y1; ++y) {
+            const float* from = group + static_cast<std::size_t>(y - block.y) * row;
+            float* to =
+                (*outputs)[c].data() +
+                static_cast<std::size_t>(tile.y + y) * static_cast<std::size_t>(image_width) +
+                static_cast<std::size_t>(tile.x);
+            for (int x = x0; x < x1; ++x) {
+                to[x] = from[static_cast<std::size_t>(x - block.x) * lanes_];
+            }
+        }
+    }
+}
+
+// Given back in the end, so that who comes later need not touch fresh memory.
 class Plan::Borrowed {
   public:
     explicit Borrowed(Plan* plan) : plan_(plan) {
@@ -203,68 +249,31 @@ class Plan::Borrowed {
     std::unique_ptr<Scratch> scratch_;
 };
 
-void Plan::RunBand(std::size_t s, int y0, int y1, int image_width, const PlanTile& tile,
-                   std::vector<Plane>* outputs) {
+void Plan::RunBlock(std::size_t s, const Block& block, int image_width, const PlanTile& tile,
+                    std::vector<Plane>* outputs) {
     const GraphStep& step = graph_.steps[s];
     const Step& planned = steps_[s];
     const Borrowed scratch(this);
-    const auto width = static_cast<std::size_t>(width_ >> step.scale);
-    const auto channels = static_cast<std::size_t>(step.outputs);
-
-    // Input: a tensor's own rows, if they lie as they are needed.
-    const int side = step.kernel / 2;
-    const bool plain = step.sources.size() == 1 && step.sources.front().up == 0;
-    const float* from = plain ? Row(step.sources.front().tensor, y0 - side)
-                              : Gather(step, y0 - side, y1 + side, &scratch->input);
-
-    // Convolution.
-    const bool direct = !step.pool && step.tensor >= 0;
-    const float* result = from;
+    Gather(step, block, &scratch->input);
+    const float* result = scratch->input.data();
     if (step.kernel > 0) {
-        float* to = nullptr;
-        if (direct) {
-            to = Row(step.tensor, y0);
-        } else {
-            scratch->result.resize(static_cast<std::size_t>(y1 - y0) * width * channels);
-            to = scratch->result.data();
+        const std::size_t size = static_cast<std::size_t>(block.rows * block.columns) *
+                                 static_cast<std::size_t>(planned.outputs);
+        if (scratch->result.size() < size) {
+            scratch->result.resize(size);
         }
-        planned.convolutions[y1 - y0 == planned.band ? 0 : 1].Run(from, to);
-        result = to;
+        const int kind = 2 * (block.rows < planned.block_rows ? 1 : 0) +
+                         (block.columns < planned.block_columns ? 1 : 0);
+        planned.convolutions[kind]->Run(scratch->input.data(), scratch->result.data(),
+                                        &scratch->convolution);
+        result = scratch->result.data();
     }
-
-    // Pooling.
-    if (step.pool) {
-        for (int y = y0; y < y1; y += 2) {
-            const float* above = result + static_cast<std::size_t>(y - y0) * width * channels;
-            const float* below = above + width * channels;
-            float* to = Row(step.tensor, y / 2);
-            for (std::size_t x = 0; x < width; x += 2) {
-                for (std::size_t c = 0; c < channels; ++c) {
-                    const std::size_t left = x * channels + c, right = left + channels;
-                    to[x / 2 * channels + c] = std::max(std::max(above[left], above[right]),
-                                                        std::max(below[left], below[right]));
-                }
-            }
-        }
-    }
-
-    // Output.
     if (step.tensor < 0) {
-        const int first = std::max(y0, tile.inner_y - tile.y);
-        const int last = std::min(y1, tile.inner_y + tile.inner_height - tile.y);
-        for (int y = first; y < last; ++y) {
-            const float* row = result + (static_cast<std::size_t>(y - y0) * width +
-                                         static_cast<std::size_t>(tile.inner_x - tile.x)) *
-                                            channels;
-            const std::size_t to =
-                static_cast<std::size_t>(tile.y + y) * static_cast<std::size_t>(image_width) +
-                static_cast<std::size_t>(tile.inner_x);
-            for (std::size_t c = 0; c < channels; ++c) {
-                for (std::size_t x = 0; x < static_cast<std::size_t>(tile.inner_width); ++x) {
-                    (*outputs)[c][to + x] = row[x * channels + c];
-                }
-            }
-        }
+        StoreOutput(block, result, image_width, tile, outputs);
+    } else if (step.pool) {
+        StorePooled(step, block, result);
+    } else {
+        Store(step, block, result);
     }
 }
 
@@ -272,16 +281,19 @@ void Plan::Run(std::span<const float* const> inputs, int image_width, int image_
                const PlanTile& tile, std::vector<Plane>* outputs, const CancelToken& cancel) {
     ReadInput(inputs, image_width, image_height, tile);
     for (std::size_t s = 0; s < steps_.size(); ++s) {
-        if (graph_.steps[s].tensor >= 0) {
-            ClearBorder(graph_.steps[s].tensor);
-        }
-        const int rows = steps_[s].rows, band = steps_[s].band;
-        ParallelFor(0, static_cast<std::size_t>((rows + band - 1) / band), 1,
+        const Step& step = steps_[s];
+        const int columns = (step.width + step.block_columns - 1) / step.block_columns;
+        const int rows = (step.height + step.block_rows - 1) / step.block_rows;
+        ParallelFor(0, static_cast<std::size_t>(columns * rows), 1,
                     [&](std::size_t begin, std::size_t end) {
                         for (auto b = static_cast<int>(begin); b < static_cast<int>(end); ++b) {
                             ThrowIfCancelled(cancel);
-                            RunBand(s, b * band, std::min(rows, (b + 1) * band), image_width, tile,
-                                    outputs);
+                            const int x = b % columns * step.block_columns;
+                            const int y = b / columns * step.block_rows;
+                            RunBlock(s,
+                                     {x, y, std::min(step.block_columns, step.width - x),
+                                      std::min(step.block_rows, step.height - y)},
+                                     image_width, tile, outputs);
                         }
                     });
     }

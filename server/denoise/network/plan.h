@@ -29,8 +29,9 @@ struct PlanTile {
     int inner_width, inner_height;
 };
 
-// A graph made ready for inputs of one size. Each step goes over its rows in bands, which threads
-// take one by one.
+// A graph made ready for inputs of one size. Each step goes over its pixels in blocks, which
+// threads take one by one. Tensors lie in memory by row, group of channels (convolution.h), column,
+// channel of the group.
 class Plan {
   public:
     // `width`, `height`: multiples of the graph's alignment. The graph must outlive it.
@@ -43,27 +44,38 @@ class Plan {
 
   private:
     struct Step {
-        int rows = 0, band = 0;  // before pooling; rows of a band but the last
-        // For the bands of `band` rows, and for the last one if it has fewer.
-        std::vector<BandConvolution> convolutions;
+        int width = 0, height = 0;              // before pooling
+        int block_columns = 0, block_rows = 0;  // of all blocks but the last of a row or column
+        int inputs = 0, outputs = 0;            // channels, filled up
+        // For whole blocks, for those of the last column, row, and the last: [2 * last row + last
+        // column]; empty where there is no such.
+        std::unique_ptr<BlockConvolution> convolutions[4];
     };
-
-    // What a thread needs for a band: its input, and its result before pooling or as output.
+    struct Block {
+        int x, y, columns, rows;  // of the step's pixels
+    };
+    // What a thread needs for a block: what it reads, its result, and oneDNN's own.
     struct Scratch {
-        std::vector<float> input, result;
+        std::vector<float> input, result, convolution;
     };
     class Borrowed;  // a Scratch
 
-    float* Row(int tensor, int y) const;
-    void ClearBorder(int tensor) const;
-    const float* Gather(const GraphStep& step, int y0, int y1, std::vector<float>* scratch) const;
-    void RunBand(std::size_t s, int y0, int y1, int image_width, const PlanTile& tile,
-                 std::vector<Plane>* outputs);
+    Step PlanStep(const GraphStep& step) const;
+    int Groups(int tensor) const;
+    float* Pixel(int tensor, int y, int group, int x) const;
     void ReadInput(std::span<const float* const> inputs, int image_width, int image_height,
-                   const PlanTile& tile);
+                   const PlanTile& tile) const;
+    void RunBlock(std::size_t s, const Block& block, int image_width, const PlanTile& tile,
+                  std::vector<Plane>* outputs);
+    void Gather(const GraphStep& step, const Block& block, std::vector<float>* to) const;
+    void Store(const GraphStep& step, const Block& block, const float* result) const;
+    void StorePooled(const GraphStep& step, const Block& block, const float* result) const;
+    void StoreOutput(const Block& block, const float* result, int image_width, const PlanTile& tile,
+                     std::vector<Plane>* outputs) const;
 
     const Graph& graph_;
     int width_, height_;
+    std::size_t lanes_;
     PlanMemory memory_;
     std::vector<std::unique_ptr<float[]>> buffers_;
     std::vector<Step> steps_;

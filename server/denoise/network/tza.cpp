@@ -100,6 +100,7 @@ TensorArchive ParseTza(std::span<const std::byte> bytes, const std::string& sour
     reader.MoveTo(reader.Take<std::uint64_t>());
     const auto count = reader.Take<std::uint32_t>();
     TensorArchive archive;
+    std::size_t all_values = 0;
     for (std::uint32_t i = 0; i < count; ++i) {
         const std::string name = reader.TakeText(reader.Take<std::uint16_t>());
         const std::size_t dimensions = reader.Take<std::uint8_t>();
@@ -120,6 +121,10 @@ TensorArchive ParseTza(std::span<const std::byte> bytes, const std::string& sour
         const char type = reader.Take<char>();
         if (type != 'f' && type != 'h') {
             reader.Fail(fmt::format("tensor '{}' has a type other than f and h", name));
+        }
+        all_values += values;
+        if (all_values > bytes.size() / 2) {  // even as halves, each at a place of its own
+            reader.Fail("more values than it has room for");
         }
         tensor.values = TakeValues(reader, reader.Take<std::uint64_t>(), values, type);
         if (!archive.emplace(name, std::move(tensor)).second) {

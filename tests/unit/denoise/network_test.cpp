@@ -38,7 +38,7 @@ std::vector<Plane> RunOn(const Network& network, const std::vector<Plane>& input
     return network.Run(pointers, width, height, CancelToken{}, most_bytes);
 }
 
-// Largest difference, of the largest value.
+// The largest difference over the largest value.
 double RelativeDifference(const std::vector<Plane>& a, const std::vector<Plane>& b) {
     EXPECT_EQ(a.size(), b.size());
     double difference = 0, largest = 0;
@@ -137,7 +137,7 @@ TEST_P(Layers, EqualTheirDefinition) {
     }
 }
 
-TEST_P(Layers, TilesAndThreadsLeaveTheBitsAlone) {
+TEST_P(Layers, ThreadsLeaveTheBitsAloneAndTilesTheValues) {
     const auto& [name, graph, weights] = GetParam();
     const Network network(graph, weights, "test");
     const int width = 409, height = 283;
@@ -146,16 +146,18 @@ TEST_P(Layers, TilesAndThreadsLeaveTheBitsAlone) {
     const int threads = ThreadCount();
     for (const int count : {1, 3}) {
         SetThreadCount(count);
-        EXPECT_EQ(RunOn(network, inputs, width, height), whole) << count;
+        EXPECT_TRUE(RunOn(network, inputs, width, height) == whole) << count;
     }
     SetThreadCount(threads);
     const bool deep = network.halo() > 50;
-    for (const std::size_t most_kilobytes : {deep ? 24000 : 1200, deep ? 6000 : 200}) {
-        EXPECT_EQ(RunOn(network, inputs, width, height, most_kilobytes * 1000), whole)
+    for (const int most_kilobytes : {deep ? 24000 : 1200, deep ? 6000 : 200}) {
+        const auto bytes = static_cast<std::size_t>(most_kilobytes) * 1000;
+        EXPECT_LT(RelativeDifference(RunOn(network, inputs, width, height, bytes), whole), 1e-5)
             << most_kilobytes;
     }
 }
 
+// But for the rounding of Winograd's sums.
 TEST_P(Layers, AWildPixelStaysInItsHalo) {
     const auto& [name, graph, weights] = GetParam();
     const Network network(graph, weights, "test");
@@ -163,18 +165,18 @@ TEST_P(Layers, AWildPixelStaysInItsHalo) {
     auto inputs = RandomPlanes(network.input_channels(), width, height, 9);
     const auto before = RunOn(network, inputs, width, height);
     const int wild = 171, at = 20 * width + wild;
-    inputs[0][static_cast<std::size_t>(at)] = 1e6f;
+    inputs[0][static_cast<std::size_t>(at)] = 1e4f;
     const auto after = RunOn(network, inputs, width, height);
-    int farthest = -1;
+    float inside = 0, outside = 0;
     for (std::size_t c = 0; c < before.size(); ++c) {
         for (int i = 0; i < width * height; ++i) {
-            if (before[c][static_cast<std::size_t>(i)] != after[c][static_cast<std::size_t>(i)]) {
-                farthest = std::max(farthest, std::abs(i % width - wild));
-            }
+            float& largest = std::abs(i % width - wild) <= network.halo() ? inside : outside;
+            const auto k = static_cast<std::size_t>(i);
+            largest = std::max(largest, std::abs(before[c][k] - after[c][k]));
         }
     }
-    EXPECT_LE(farthest, network.halo());
-    EXPECT_GE(farthest, 0);
+    EXPECT_GT(inside, 10);
+    EXPECT_LT(outside, 1e-6f * inside);
 }
 
 INSTANTIATE_TEST_SUITE_P(Networks, Layers, testing::ValuesIn(Cases()),
