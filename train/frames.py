@@ -54,13 +54,19 @@ def smoothed(plane, times=3):
     return plane
 
 
+def is_hit(planes):
+    """Where there is a surface."""
+    return sum(np.abs(planes["N." + c]) for c in "XYZ") > 0.1
+
+
 def detail(planes):
     """How much there is to see at each pixel of a preview: edges of albedo, normal and smoothed light."""
     total = 0
-    light = np.log(smoothed(luminance(exr.rgb(planes, "noisy."))) + 1e-3 * luminance(exr.rgb(planes, "noisy.")).mean() + 1e-12)
-    for plane, weight in [(planes["albedo." + c], 1.0) for c in "RGB"] + [(planes["N." + c], 0.5) for c in "XYZ"] + [(light, 0.4)]:
-        plane = smoothed(plane, 1)
-        gy, gx = np.gradient(plane)
+    light = luminance(exr.rgb(planes, "noisy."))
+    light = np.log(smoothed(light) + 1e-3 * light.mean() + 1e-12)
+    seen = [(planes["albedo." + c], 1.0) for c in "RGB"] + [(planes["N." + c], 0.5) for c in "XYZ"]
+    for plane, weight in seen + [(light, 0.4)]:
+        gy, gx = np.gradient(smoothed(plane, 1))
         total = total + weight * np.minimum(np.hypot(gx, gy), 0.3)
     return total
 
@@ -68,13 +74,17 @@ def detail(planes):
 def fault(planes, distance):
     """Why a preview is not worth a scene's time, or None."""
     light = luminance(exr.rgb(planes, "noisy."))
-    hit = sum(np.abs(planes["N." + c]) for c in "XYZ") > 0.1
+    hit = is_hit(planes)
     if not np.isfinite(light).all() or light.mean() <= 0:
         return "no light"
     if hit.mean() < 0.25:
         return "hardly anything is seen"
-    if (light <= 1e-3 * light.mean()).mean() > 0.5:
-        return "half of it is black"
+    if (light <= 1e-3 * light.mean()).mean() > 0.45:
+        return "much of it is black"
+    around = smoothed(light)
+    noise = luminance(exr.rgb(planes, "variance.")) / (around ** 2 + 0.01 * light.mean() ** 2)
+    if np.minimum(noise, 4).mean() > 0.6:
+        return "so noisy that the reference would be, too"
     if (hit & (planes["Z"] < 0.12 * distance)).mean() > 0.4:
         return "something stands before the camera"
     if detail(planes).mean() < 0.04:
@@ -85,13 +95,13 @@ def fault(planes, distance):
 def choose_crop(rng, planes, side):
     """(size of the picture, x0, y0): a square of `side`, rather where there is much to see."""
     size = int(side * rng.choice(VIEWS))
-    seen = detail(planes)
+    seen = (detail(planes) + 0.01) * (0.1 + is_hit(planes))
     places, scores = [], []
-    for _ in range(8):
+    for _ in range(10):
         x, y = (int(v) for v in rng.integers(0, size - side + 1, 2))
         a, b = (slice(int(v * PREVIEW / size), max(1, int((v + side) * PREVIEW / size))) for v in (y, x))
         places.append((size, x, y))
-        scores.append(seen[a, b].mean() + 0.01)
+        scores.append(seen[a, b].mean() ** 2)
     scores = np.array(scores) / sum(scores)
     return places[int(rng.choice(len(places), p=scores))]
 
@@ -212,7 +222,8 @@ class Jobs:
         self.options = options
         self.running = {}  # seed: (process, log)
         self.done = self.failed = 0
-        for name in ("shards", "failed", "scenes"):
+        self.scratch = os.path.join(os.path.abspath(options.out), "tmp")
+        for name in ("shards", "failed", "scenes", "tmp"):
             os.makedirs(os.path.join(options.out, name), exist_ok=True)
 
     def is_over(self, seed):
@@ -227,7 +238,7 @@ class Jobs:
         for name in ("out", "relume", "network_inputs", "size", "frames", "reference_spp"):
             command += ["--" + name.replace("_", "-"), str(getattr(o, name))]
         command += ["--" + name for name in ("keep", "extras") if getattr(o, name)]
-        environment = dict(os.environ, OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1", MKL_NUM_THREADS="1")
+        environment = dict(os.environ, OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1", MKL_NUM_THREADS="1", TMPDIR=self.scratch)
         process = subprocess.Popen(command, stdout=log, stderr=log, start_new_session=True, env=environment)
         log.close()
         self.running[seed] = (process, log_name)
@@ -254,6 +265,7 @@ class Jobs:
                 pass
             process.wait()
         self.running = {}
+        shutil.rmtree(self.scratch, ignore_errors=True)
 
 
 def make_all(options):

@@ -57,8 +57,8 @@ class Frames:
         self.scene = torch.tensor(self.scene, device=device)
         self.scale = torch.tensor(self.scale, dtype=torch.float32, device=device)
         self.held_out = np.array(self.held_out)
-        if self.held_out.all() or not self.held_out.any():
-            self.held_out = np.arange(count) >= max(1, count - max(1, count // HELD_OUT))
+        if self.held_out.all() or not self.held_out.any():  # of few scenes the last
+            self.held_out = self.scene.cpu().numpy() == len(records) - 1
 
     def __len__(self):
         return len(self.inputs)

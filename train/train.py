@@ -277,6 +277,7 @@ def main(arguments=None):
     if options.threads:
         torch.set_num_threads(options.threads)
     device = torch.device(options.device or ("cuda" if torch.cuda.is_available() else "cpu"))
+    torch.backends.cudnn.benchmark = True
     started = time.time()
     frames = Frames(options.data, device, options.limit)
     print("%d frames of %d scenes, %d held out, on %s, loaded in %.1f s" % (
