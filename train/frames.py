@@ -80,11 +80,11 @@ def fault(planes, distance):
         return "no light"
     if hit.mean() < 0.25:
         return "hardly anything is seen"
-    if (light <= 1e-3 * light.mean()).mean() > 0.6:
+    if (light <= 1e-3 * light.mean()).mean() > 0.45:
         return "much of it is black"
     around = smoothed(light)
     noise = luminance(exr.rgb(planes, "variance.")) / (around ** 2 + 0.01 * light.mean() ** 2)
-    if np.minimum(noise, 4).mean() > 0.8:
+    if np.minimum(noise, 4).mean() > 0.6:
         return "so noisy that the reference would be, too"
     if (hit & (planes["Z"] < 0.12 * distance)).mean() > 0.4:
         return "something stands before the camera"

@@ -200,11 +200,11 @@ def corridor(scene, looks):
     kind = rng.choice(["slits", "door", "strips"])
     holes = []
     if kind == "slits":
-        step, wide = rng.uniform(1, 3), rng.uniform(0.1, 0.8)
+        step, wide = rng.uniform(1.3, 3), rng.uniform(0.3, 1.2)
         holes = [(y, rng.choice([0.3, 1.2]), y + wide, h - 0.3) for y in np.arange(0.5, length - 1, step)]
     scene.add(m.wall((0, length, 0), (0, -length, 0), (0, 0, h), holes), side)
     door = [(length * rng.uniform(0.4, 0.8), 0.0, 0, 2.1)] if kind == "door" else []
-    door = [(a, 0.0, a + rng.uniform(0.3, 1.2), t) for a, _, _, t in door]
+    door = [(a, 0.0, a + rng.uniform(0.6, 1.6), t) for a, _, _, t in door]
     scene.add(m.wall((w, 0, 0), (0, length, 0), (0, 0, h), door), side)
     scene.add(m.wall((w, length, 0), (-w, 0, 0), (0, 0, h)), paint)
     scene.add(m.wall((0, 0, 0), (w, 0, 0), (0, 0, h)), paint)

@@ -70,6 +70,8 @@ class Kpcn(nn.Module):
         for i in range(layers):
             self.add_module("conv%d" % i, nn.Conv2d(channels[i], channels[i + 1], side, padding=side // 2))
         crops.initialise(self)
+        with torch.no_grad():  # begins about as the window's plain mean
+            getattr(self, "conv%d" % (layers - 1)).weight.mul_(0.1)
 
     def logits(self, x):
         return crops.run_stack(self, x)

@@ -11,7 +11,7 @@ METALS = ["Ag", "Al", "Au", "Cu", "CuZn"]
 
 def palette(rng):
     """Five colours (sRGB, 0..1) that go together more or less."""
-    style = rng.choice(["muted", "vivid", "pastel", "earth", "grey"])
+    style = rng.choice(["muted", "muted", "vivid", "pastel", "earth", "earth", "grey"])
     hue = rng.random()
     colors = []
     for k in range(5):

@@ -14,7 +14,7 @@ from looks import Looks
 from pbrt import Scene
 
 LAYOUTS = {
-    "room": (indoors.room, 5), "still_life": (indoors.still_life, 3), "corridor": (indoors.corridor, 2),
+    "room": (indoors.room, 7), "still_life": (indoors.still_life, 3), "corridor": (indoors.corridor, 3),
     "gallery": (indoors.gallery, 2), "desk": (indoors.desk, 2), "glassware": (indoors.glassware, 2),
     "clutter": (indoors.clutter, 2), "landscape": (outdoors.landscape, 3), "bush": (outdoors.bush, 2),
     "street": (outdoors.street, 2), "thin": (outdoors.thin, 2), "shapes": (outdoors.shapes, 2),
@@ -23,11 +23,11 @@ LAYOUTS = {
 
 def make(seed, folder, layout=None, attempt=0):
     """The scene of this seed in `folder`, not yet written: see Scene.write. Returns scene, layout's name."""
-    rng = np.random.default_rng([seed, attempt])
     names = list(LAYOUTS)
     weights = np.array([LAYOUTS[n][1] for n in names], float)
-    drawn = str(rng.choice(names, p=weights / weights.sum()))
+    drawn = str(np.random.default_rng([seed, 1]).choice(names, p=weights / weights.sum()))
     layout = layout or drawn
+    rng = np.random.default_rng([seed, 2, attempt])
     scene = Scene(folder)
     LAYOUTS[layout][0](scene, Looks(scene, rng))
     return scene, layout

@@ -15,6 +15,8 @@ std::unique_ptr<Denoiser> MakeNone(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeBlend(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeBilateral(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeGem(const ParamSet& params);
+std::unique_ptr<Denoiser> MakeKpcn(const ParamSet& params);
+std::unique_ptr<Denoiser> MakeNet(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeNfor(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeOidn(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeSbf(const ParamSet& params);
@@ -65,6 +67,22 @@ constexpr struct {
      "each pixel's Gaussian where less noise still outweighs more blur; Rousselle, Knaus,\n"
      "             Zwicker 2011\n"
      "    gamma=0.2        above 0, at most 0.5; more keeps more of detail and noise\n"},
+    {"kpcn", MakeKpcn,
+     "kernels that a network predicts for each pixel, on radiance over albedo; Bako et al. 2017\n"
+     "    size=lite        lite: windows of 13x13 pixels; full: the paper's, of 21x21, twelve "
+     "times "
+     "as dear,\n"
+     "                     whose weights you have to train\n"},
+    {"net", MakeNet,
+     "what a network makes of other filters' images; Xing, Chen, Li 2020\n"
+     "    mode=corrected   corrected: the weights of a mean of them, for each pixel; printed: the "
+     "paper's, the\n"
+     "                     parameters of a cross-bilateral filter for each pixel\n"
+     "    candidates=NAMES corrected only: of rd, nfor, oidn, joined by '-', or none; default: all "
+     "whose weights\n"
+     "                     are there\n"
+     "    bilateral-without=NAMES  corrected only: features that bilateral is not to look at, as "
+     "`without`\n"},
     {"nfor", MakeNfor,
      "first-order regression on the features with weights of non-local means, each half of the\n"
      "             samples judged by the other; Bitterli et al. 2016\n"},

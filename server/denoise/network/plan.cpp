@@ -12,7 +12,7 @@ namespace {
 // Blocks are small enough for what they read and write to stay in the caches and for threads to end
 // together, and large enough that what is around them costs little.
 constexpr int kMostColumns = 512;
-constexpr double kBlockProducts = 384e6;  // multiplications, before Winograd's savings
+constexpr double kBlockProducts = 192e6;  // multiplications, before Winograd's savings
 constexpr int kFewestRows = 8, kMostRows = 64;
 
 int RoundUp(int value, int to) { return (value + to - 1) / to * to; }
@@ -45,7 +45,7 @@ Plan::Plan(const Graph& graph, int width, int height)
       lanes_(static_cast<std::size_t>(ChannelLanes())),
       memory_(LayOut(graph, width, height)) {
     for (const std::size_t size : memory_.sizes) {
-        buffers_.push_back(std::make_unique_for_overwrite<float[]>(size));
+        buffers_.push_back(AllocateBuffer(size));
     }
     for (const GraphStep& step : graph.steps) {
         steps_.push_back(PlanStep(step));

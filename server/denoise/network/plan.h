@@ -22,6 +22,13 @@ struct PlanMemory {
 // Of an input of width x height pixels, multiples of the graph's alignment.
 PlanMemory LayOut(const Graph& graph, int width, int height);
 
+struct FreeBuffer {
+    void operator()(float* buffer) const;
+};
+using PlanBuffer = std::unique_ptr<float[], FreeBuffer>;
+// Of any content; on large pages, as there are hundreds of megabytes to be touched a first time.
+PlanBuffer AllocateBuffer(std::size_t floats);
+
 // Part of an image that a plan is run on: `inner` is what counts.
 struct PlanTile {
     int x, y;              // of the tile's first pixel in the image
@@ -77,7 +84,7 @@ class Plan {
     int width_, height_;
     std::size_t lanes_;
     PlanMemory memory_;
-    std::vector<std::unique_ptr<float[]>> buffers_;
+    std::vector<PlanBuffer> buffers_;
     std::vector<Step> steps_;
     std::mutex mutex_;
     std::vector<std::unique_ptr<Scratch>> scratch_;  // under mutex_: not in use

@@ -1,4 +1,8 @@
+#include <sys/mman.h>
+
 #include <algorithm>
+#include <cstdlib>
+#include <new>
 
 #include "server/denoise/network/plan.h"
 
@@ -13,6 +17,19 @@ std::size_t Size(const GraphTensor& tensor, int width, int height) {
 }
 
 }  // namespace
+
+void FreeBuffer::operator()(float* buffer) const { std::free(buffer); }
+
+PlanBuffer AllocateBuffer(std::size_t floats) {
+    constexpr std::size_t kPage = std::size_t{2} << 20;
+    const std::size_t bytes = (floats * sizeof(float) + kPage - 1) / kPage * kPage;
+    void* buffer = std::aligned_alloc(kPage, bytes);
+    if (buffer == nullptr) {
+        throw std::bad_alloc();
+    }
+    (void)madvise(buffer, bytes, MADV_HUGEPAGE);  // a wish: small pages do as well
+    return PlanBuffer(static_cast<float*>(buffer));
+}
 
 std::size_t PlanMemory::bytes() const {
     std::size_t sum = 0;

@@ -10,6 +10,7 @@
 #include "server/denoise/kpcn_inputs.h"
 #include "server/denoise/network/network.h"
 #include "server/denoise/network/plain_stack.h"
+#include "server/denoise/network/weights.h"
 #include "tests/unit/denoise/random_stack.h"
 #include "tests/unit/denoise/synthetic.h"
 
@@ -246,6 +247,15 @@ TEST(Kpcn, WeightsThatDontFitAreRefused) {
                 }),
                 HasSubstr("16 outputs"));
     EXPECT_THAT(MessageOf([] { (void)MakeKpcn("lite", {}, "a.tza"); }), HasSubstr("a.tza"));
+}
+
+TEST(Kpcn, TellsWhereWeightsAreLookedForAndWhatMakesThem) {
+    if (FindNetworkWeights("relume_kpcn_full")) {
+        GTEST_SKIP() << "somebody has trained it";
+    }
+    EXPECT_THAT(MessageOf([] { (void)MakeDenoiser("kpcn:size=full"); }),
+                testing::AllOf(HasSubstr("relume_kpcn_full"), HasSubstr("relume/networks"),
+                               HasSubstr("train/kpcn.py")));
 }
 
 }  // namespace
