@@ -15,6 +15,7 @@ std::unique_ptr<Denoiser> MakeNone(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeBlend(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeBilateral(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeGem(const ParamSet& params);
+std::unique_ptr<Denoiser> MakeKpcn(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeNfor(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeOidn(const ParamSet& params);
 std::unique_ptr<Denoiser> MakeSbf(const ParamSet& params);
@@ -65,6 +66,9 @@ constexpr struct {
      "each pixel's Gaussian where less noise still outweighs more blur; Rousselle, Knaus,\n"
      "             Zwicker 2011\n"
      "    gamma=0.2        above 0, at most 0.5; more keeps more of detail and noise\n"},
+    {"kpcn", MakeKpcn,
+     "kernels that a network tells from colours and features; Bako et al. 2017\n"
+     "    weights=NAME     of NAME.tza in a folder of networks; required, as none are published\n"},
     {"nfor", MakeNfor,
      "first-order regression on the features with weights of non-local means, each half of the\n"
      "             samples judged by the other; Bitterli et al. 2016\n"},
