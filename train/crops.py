@@ -16,7 +16,7 @@ import torch
 import torch.nn as nn
 
 import tza
-from shards import HELD_OUT
+from shards import HELD_OUT, turned
 from train import mrse
 
 PLANES = {"color": 3, "albedo": 3, "N": 3, "depth": 1, "color_variance": 1, "albedo_variance": 1, "normal_variance": 1,
@@ -48,27 +48,34 @@ def run_stack(model, x):
 
 
 class Frames:
-    """Noisy frames on a device: planes, references with their noise (6 x H x W). With `judged`, also the MrSE of each
-    candidate: [{name: MrSE}]."""
+    """Noisy frames on a device, N x 15 x H x W, and their references with the noise of these, N x 6 x H x W. With
+    `judged`, also the MrSE of each candidate: [{name: MrSE}]."""
 
     def __init__(self, folder, held_out, device, judged=False):
-        self.planes, self.references, self.candidates = [], [], []
+        self.candidates = []
+        planes, references = [], []
         for path in sorted(glob.glob(os.path.join(folder, "*.json"))):
             with open(path) as source:
                 record = json.load(source)
             if (record["seed"] % HELD_OUT == 0) == held_out:
-                self._read(path[:-len("json")], record, device, judged)
-        if not self.planes:
+                for frame, reference in self._read(path[:-len("json")], record, judged):
+                    if planes and frame.shape != planes[0].shape:
+                        raise SystemExit("%s: of another size than those before; remove it" % path)
+                    planes.append(frame)
+                    references.append(reference)
+        if not planes:
             raise SystemExit("%s: no frames of scenes whose seed %s a multiple of %d; make some with train/frames.py"
                              % (folder, "is" if held_out else "is not", HELD_OUT))
+        self.planes = torch.from_numpy(np.stack(planes)).to(device)
+        self.references = torch.from_numpy(np.stack(references)).to(device)
 
-    def _read(self, base, record, device, judged):
+    def _read(self, base, record, judged):
         if not record.get("extras"):
             raise SystemExit("%sjson: without variances; make frames with train/frames.py --extras" % base)
         inputs, candidates, extras = (np.load(base + name + ".npy", mmap_mode="r")
                                       for name in ("inputs", "candidates", "extras"))
         to_radiance = np.float32(1 / record["scale"])
-        reference = torch.from_numpy(np.load(base + "reference.npy").astype(np.float32) * to_radiance).to(device)
+        reference = np.load(base + "reference.npy").astype(np.float32) * to_radiance
         seen = [record["inputs"].index(name) for name in ("albedo.R", "albedo.G", "albedo.B", "N.X", "N.Y", "N.Z")]
         count = record["inputs"].index("count")
         extra = [record["extras"].index(name) for name in list(PLANES)[3:8]]
@@ -76,40 +83,41 @@ class Frames:
             images = {name: candidates[k, 3 * c:3 * c + 3].astype(np.float32) * to_radiance
                       for c, name in enumerate(record["candidates"]) if judged or name == "none"}
             planes = np.concatenate([images["none"], inputs[k][seen], extras[k][extra], inputs[k][count:count + 1]])
-            self.planes.append(torch.from_numpy(np.ascontiguousarray(planes, np.float32)).to(device))
-            self.references.append(reference)
             if judged:
-                self.candidates.append({name: _mrse(torch.from_numpy(image).to(device)[None], reference[None])
+                self.candidates.append({name: _mrse(torch.from_numpy(image)[None], torch.from_numpy(reference)[None])
                                         for name, image in images.items()})
+            yield planes.astype(np.float32), reference
+
+    def __len__(self):
+        return len(self.planes)
 
     def whole(self, k):
         """Planes and reference with its noise of frame k; a batch of one."""
-        return self.planes[k][None], self.references[k][None]
+        return self.planes[k:k + 1], self.references[k:k + 1]
 
     def crops(self, rng, count, side):
-        """Planes and references of random crops, each turned, its light and its space changed by chance."""
-        planes, references = [], []
-        for _ in range(count):
-            k = int(rng.integers(len(self.planes)))
-            h, w = self.planes[k].shape[-2:]
-            y, x = (int(rng.integers(max(n - side, 0) + 1)) for n in (h, w))
-            both = torch.cat([self.planes[k][:, y:y + side, x:x + side],
-                              self.references[k][:3, y:y + side, x:x + side]])
-            both = torch.rot90(both, int(rng.integers(4)), (1, 2))
-            both = both.flip(2) if rng.random() < 0.5 else both
-            order = list(range(COUNT + 3))
-            colors, axes = rng.permutation(3), rng.permutation(3)
-            for first, moved in ((0, colors), (3, colors), (6, axes), (COUNT, colors)):
-                order[first:first + 3] = [first + int(m) for m in moved]
-            factors = np.ones(COUNT + 3, np.float32)
-            factors[6:9] = rng.choice([-1.0, 1.0], 3)
-            exposure = 2.0 ** rng.normal()
-            factors[0:3] = factors[COUNT:] = exposure
-            factors[_FIRST["color_variance"]] = exposure ** 2
-            both = both[order] * torch.from_numpy(factors).to(both.device)[:, None, None]
-            planes.append(both[:COUNT])
-            references.append(both[COUNT:])
-        return torch.stack(planes), torch.stack(references)
+        """Planes and references of random squares, each turned, its light and its space changed by chance."""
+        device, (height, width) = self.planes.device, self.planes.shape[2:]
+        side = min(side, height, width)
+        chosen = torch.from_numpy(rng.integers(0, len(self), count)).to(device)[:, None, None]
+        y0, x0 = (torch.from_numpy(rng.integers(0, n - side + 1, count)) for n in (height, width))
+        rows, columns = turned(y0, x0, side, *(torch.from_numpy(rng.random(count) < 0.5) for _ in range(3)))
+        rows, columns = rows.to(device), columns.to(device)
+        order = np.tile(np.arange(COUNT), (count, 1))
+        colors, axes = (rng.permuted(np.tile(np.arange(3), (count, 1)), axis=1) for _ in range(2))
+        order[:, 0:3], order[:, 3:6], order[:, 6:9] = colors, 3 + colors, 6 + axes
+        factors = np.ones((count, COUNT), np.float32)
+        exposure = 2.0 ** rng.normal(size=(count, 1))
+        factors[:, 0:3] = exposure
+        factors[:, 6:9] = rng.choice([-1.0, 1.0], (count, 3))
+        factors[:, _FIRST["color_variance"]] = exposure[:, 0] ** 2
+
+        def pick(planes, order, factors):
+            cut = planes[chosen, :, rows, columns].permute(0, 3, 1, 2)
+            order, factors = (torch.from_numpy(v).to(device)[:, :, None, None] for v in (order, factors))
+            return torch.gather(cut, 1, order.expand(-1, -1, side, side)) * factors
+
+        return pick(self.planes, order, factors), pick(self.references, colors, factors[:, 0:3])
 
 
 def relative_l1(image, reference):
@@ -126,7 +134,7 @@ def judge(model, frames, every=1):
     logs = {}
     model.eval()
     with torch.no_grad():
-        for k in range(0, len(frames.planes), every):
+        for k in range(0, len(frames), every):
             planes, reference = frames.whole(k)
             own = _mrse(model(planes), reference)
             logs.setdefault("MrSE", []).append(math.log(own))
@@ -177,7 +185,7 @@ def train(model, options):
         adam.load_state_dict(state["adam"])
         step, before, curve = state["step"], state["seconds"], state["curve"]
     report = {"network": model.name, "weights": sum(p.numel() for p in model.parameters()),
-              "frames": len(frames.planes), "held_out": len(held_out.planes), "device": device, "batch": batch,
+              "frames": len(frames), "held_out": len(held_out), "device": device, "batch": batch,
               "crop": options.crop, "rate": options.rate, "curve": curve}
     print(json.dumps(report), flush=True)
     rng = np.random.default_rng([options.seed, step])
@@ -189,7 +197,7 @@ def train(model, options):
         if done * REPORTS >= next_report or done >= 1:
             next_report = math.floor(done * REPORTS) + 1
             # Until the end of a few frames: what it takes counts as training.
-            ratios = judge(model, held_out, 1 if done >= 1 else max(1, len(held_out.planes) // 12))
+            ratios = judge(model, held_out, 1 if done >= 1 else max(1, len(held_out) // 12))
             curve.append({"step": step, "seconds": round(seconds, 1), "held_out": ratios,
                           "loss": round(float(torch.stack(losses).mean()), 6) if losses else None})
             losses = []

@@ -73,7 +73,7 @@ class CropsTest(unittest.TestCase):
         np.testing.assert_allclose(reference[0, :3], truth, rtol=2e-3)
         self.assertEqual(float(crops.part(planes, 'depth').min()), 0.5)
         self.assertAlmostEqual(float(crops.part(planes, 'count').mean()), np.log2(5) / 8, 3)
-        self.assertEqual(len(crops.Frames(self.folder, False, 'cpu').planes), 9)
+        self.assertEqual(len(crops.Frames(self.folder, False, 'cpu')), 9)
         self.assertLess(frames.candidates[0]['bilateral'], frames.candidates[0]['none'])
 
     def test_crops_keep_what_belongs_together(self):
