@@ -1,20 +1,21 @@
 // The filter that chooses: of its candidates the cheapest whose error is as small as the best's.
 //
 // Candidates, cheapest first: none; bilateral:mode=robust on the features that help it; what the
-// network of `net` makes of that alone, and with oidn (if its weights are there), nfor and rd, one
-// more at a time. Each is tried on a sixteenth of the frame and judged there by held-out samples
-// (trial.h). Features are dropped one after the other: one without which the bilateral filter's
-// error is within one standard error of the least so far. Then the cheapest candidate is taken
-// whose error is within one standard error of the best one's (Breiman et al. 1984, section 3.4),
-// and within 5 % of it. Below 8 samples a pixel their halves do not tell: all that is affordable is
-// mixed. Light that it loses is given back (restore_energy.h). An image without halves, or with
-// halves of one sample, can't be judged: it gets the bilateral filter with all its features.
+// network of `net` makes of that and oidn, and of these and nfor (where oidn's weights are absent:
+// of that and nfor, and of these and rd). Each is tried on a sixteenth of the frame and judged
+// there by held-out samples (trial.h). Features are dropped one after the other: one without which
+// the bilateral filter's error is within one standard error of the least so far. Then the cheapest
+// candidate is taken whose error is within one standard error of the best one's (Breiman et al.
+// 1984, section 3.4), and within 5 % of it. Below 8 samples a pixel their halves do not tell: all
+// that is affordable is mixed. Light that it loses is given back (restore_energy.h). An image
+// without halves, or with halves of one sample, can't be judged: it gets the bilateral filter with
+// all its features.
 //
 //   effort    what it may cost over the bilateral filter alone, the trial included, as a part of
 //             what the image's samples cost, by typical times (kSampleCost): dearer candidates are
-//             not tried. 0 = any (default). Error falls with the time to the power of 0.8 or so,
-//             and a mix of filters has .7 of one's: from 0.6 on more samples would have been the
-//             better use of the time.
+//             not tried. 0 = any (default). Error falls with the time to the power of 0.8 or so:
+//             for a candidate that lowers it to .7, from 0.6 on more samples would have been the
+//             better use of the time. One that gains more may cost more, in proportion (kWithOidn).
 //   seconds   what it may take; dearer candidates are not tried. 0 = any (default). With it the
 //             choice may differ from run to run.
 #include <fmt/format.h>
@@ -40,11 +41,20 @@ namespace {
 // them, and that of a sample a pixel of a scene that is quick to render (bench/peers): 1.4 s a
 // megapixel on two cores.
 constexpr std::array<double, kNetSlotCount> kCost = {0, 1, 7, 6.7, 3.2};
-constexpr double kMixCost = 1.2;
+constexpr double kMixCost = 0.6;
 constexpr double kSampleCost = 1.75;
 constexpr std::size_t kBilateral = 1;
-// Candidates of the network beside that, by what they gain for their time.
-constexpr std::size_t kOthers[] = {4, 3, 2};
+constexpr std::size_t kRd = 2, kNfor = 3, kOidn = 4;
+// Candidates of the network beside that, cheapest first. A third one gained less than a hundredth
+// on scenes that the network was not trained on; there the error was g times as large with the
+// candidate as without (oidn .4, nfor .84; nfor .68, rd .82), for which error falls with time to
+// the power of 0.8 the worth is g^(-1 / 0.8) - 1, over that of g = .7.
+struct Other {
+    std::size_t slot;
+    double worth;  // times `effort`: what it may cost
+};
+constexpr std::array<Other, 2> kWithOidn = {{{kOidn, 3}, {kNfor, 0.4}}};
+constexpr std::array<Other, 2> kWithoutOidn = {{{kNfor, 1}, {kRd, 0.5}}};
 // Of the estimate of the error: both halves of a quarter of the frame by the bilateral filter.
 constexpr double kEstimateCost = 0.5;
 // Of what the choice may cost, that the search for features without use may.
@@ -96,10 +106,6 @@ Dropping DropFeatures(const Frame& frame, const Trial& trial, const Judge& judge
     return out;
 }
 
-std::array<Plane, 3> ColorOf(const Result& result) {
-    return {result.color[0], result.color[1], result.color[2]};
-}
-
 class Auto final : public Denoiser {
   public:
     Auto(float effort, float seconds) : effort_(effort), seconds_(seconds) {}
@@ -123,37 +129,37 @@ class Auto final : public Denoiser {
         }
         const Trial trial(frame);
         if (trial.samples() > 0 && trial.samples() < kFewestToTry) {
-            choice.denoiser = RestoreEnergy(MakeDenoiser(kNetSlots[kBilateral].filter));
+            choice.denoiser = RestoreEnergy(MakeDenoiser(Untried(trial.samples())));
             choice.reason = "halves of one sample a pixel say nothing of filters";
             return choice;
         }
         std::array<Trial::Run, kNetSlotCount> runs;
-        runs[kBilateral] = trial.Filter(*MakeDenoiser(kNetSlots[kBilateral].filter), 2, cancel);
+        const auto bilateral = MakeDenoiser(kNetSlots[kBilateral].filter);
+        if (trial.is_small()) {
+            Trial::Whole whole = trial.FilterWhole(*bilateral, frame, cancel);
+            runs[kBilateral] = std::move(whole.run);
+            choice.base_halves = std::make_shared<FilteredHalves>(std::move(whole.halves));
+        } else {
+            runs[kBilateral] = trial.Filter(*bilateral, 2, cancel);
+        }
         std::vector<const Trial::Run*> all = {&runs[kBilateral]};
-        // Costs are those of the bilateral filter.
-        const double budget = Budget(trial, runs[kBilateral].seconds);
-        const int halves = std::isinf(budget) ? 2 : 1;
-        const double tried_share = halves * trial.share();
-        double spent = 1 + 2 * trial.share() + kEstimateCost;
-        std::vector<std::size_t> mixed;  // of kOthers
-        for (const std::size_t k : kOthers) {
-            const double cost = (tried_share + 1) * (kCost[k] + (mixed.empty() ? kMixCost : 0)) +
-                                tried_share * kMixCost;
-            if (HasNetSlot(k) && spent + cost <= budget) {
+        const int halves = effort_ > 0 || seconds_ > 0 ? 1 : 2;
+        const double tried_share = halves * trial.share(), second = runs[kBilateral].seconds;
+        double spent = 1 + (trial.is_small() ? 2 : 2 * trial.share() + kEstimateCost);
+        std::vector<std::size_t> mixed;
+        for (const auto& [k, worth] : Others()) {
+            const double cost =
+                (tried_share + 1) * kCost[k] + (tried_share + (mixed.empty() ? 1 : 0)) * kMixCost;
+            if (spent + cost <= Budget(worth, trial.samples(), second)) {
                 runs[k] = trial.Filter(*MakeDenoiser(kNetSlots[k].filter), halves, cancel);
                 all.push_back(&runs[k]);
                 mixed.push_back(k);
                 spent += cost;
             }
         }
-        const bool mixes = !mixed.empty() || spent + (2 * tried_share + 1) * kMixCost <= budget;
         const Judge judge(trial, all, halves);
-        if (trial.share() == 1) {
-            choice.base_halves = std::make_shared<FilteredHalves>(FilteredHalves{
-                {ColorOf(runs[kBilateral].halves[0][0]), ColorOf(runs[kBilateral].halves[1][0])}});
-        }
-        const bool tries = trial.tells() &&
-                           (std::size(kFeatureGroups) - 1) * tried_share <= kFeaturesShare * budget;
+        const bool tries = trial.tells() && (std::size(kFeatureGroups) - 1) * tried_share <=
+                                                kFeaturesShare * Budget(1, trial.samples(), second);
         Dropping dropping =
             DropFeatures(frame, trial, judge, std::move(runs[kBilateral]), halves, tries, cancel);
         runs[kBilateral] = std::move(dropping.run);
@@ -163,7 +169,9 @@ class Auto final : public Denoiser {
         std::ranges::move(dropping.tried, std::back_inserter(tried));
         std::array<const Trial::Run*, kNetSlotCount> parts = {nullptr, &runs[kBilateral]};
         double seconds = runs[kBilateral].seconds;
-        const auto mix = [&] {
+        for (const std::size_t added : mixed) {
+            parts[added] = &runs[added];
+            seconds += runs[added].seconds;
             const Trial::Run run = trial.Mix(parts, halves, cancel);
             NetParts names = {true};
             for (std::size_t k = 1; k < kNetSlotCount; ++k) {
@@ -171,14 +179,6 @@ class Auto final : public Denoiser {
             }
             stands.push_back(tried.size());
             tried.push_back({NetName(names, dropping.names), judge.Of(run), seconds + run.seconds});
-        };
-        if (mixes) {
-            mix();
-        }
-        for (const std::size_t k : mixed) {
-            parts[k] = &runs[k];
-            seconds += runs[k].seconds;
-            mix();
         }
         if (!trial.tells()) {
             stands = {0, stands.back()};
@@ -204,16 +204,32 @@ class Auto final : public Denoiser {
   private:
     float effort_, seconds_;  // 0: any
 
-    // What may be spent, in units of the bilateral filter, which takes `seconds` for the frame.
-    double Budget(const Trial& trial, double seconds) const {
+    static const std::array<Other, 2>& Others() {
+        return HasNetSlot(kOidn) ? kWithOidn : kWithoutOidn;
+    }
+
+    // What may be spent on what is of that worth, in units of the bilateral filter, which takes
+    // `second` for the frame (0: not known).
+    double Budget(double worth, double samples, double second) const {
         double budget = std::numeric_limits<double>::infinity();
-        if (effort_ > 0 && trial.samples() > 0) {
-            budget = 1 + static_cast<double>(effort_) * trial.samples() * kSampleCost;
+        if (effort_ > 0 && samples > 0) {
+            budget = 1 + static_cast<double>(effort_) * worth * samples * kSampleCost;
         }
-        if (seconds_ > 0 && seconds > 0) {
-            budget = std::min(budget, static_cast<double>(seconds_) / seconds);
+        if (seconds_ > 0 && second > 0) {
+            budget = std::min(budget, static_cast<double>(seconds_) / second);
         }
         return budget;
+    }
+
+    // Of a frame by which filters can't be judged: what is worth most, untried.
+    std::string Untried(double samples) const {
+        const Other& first = Others()[0];
+        if (1 + kCost[first.slot] + kMixCost > Budget(first.worth, samples, 0)) {
+            return kNetSlots[kBilateral].filter;
+        }
+        NetParts parts = {true, true};
+        parts[first.slot] = true;
+        return NetName(parts, "");
     }
 
     static std::unique_ptr<Denoiser> Make(const Tried& tried) {

@@ -10,7 +10,7 @@
 namespace relume::denoise {
 namespace {
 
-constexpr int kInner = 64, kHalo = 24, kFewest = 8;
+constexpr int kInner = 64, kHalo = 24;
 constexpr std::size_t kWindow = (kInner + 2 * kHalo) * (kInner + 2 * kHalo);  // pixels
 
 std::uint32_t Hash(std::uint32_t v) {
@@ -21,11 +21,11 @@ std::uint32_t Hash(std::uint32_t v) {
 
 }  // namespace
 
-std::vector<TileRect> ChooseWindows(const Frame& frame, int share) {
+std::vector<TileRect> ChooseWindows(const Frame& frame, int share, double fewest) {
     const int width = frame.width, height = frame.height;
     const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-    const double cells = std::max<double>(
-        kFewest, static_cast<double>(pixels) / (share * static_cast<double>(kWindow)));
+    const double cells =
+        std::max(fewest, static_cast<double>(pixels) / (share * static_cast<double>(kWindow)));
     if (1.5 * cells * kWindow >= static_cast<double>(pixels) || width < kInner || height < kInner) {
         return {{0, 0, width, height}};
     }
@@ -56,7 +56,8 @@ FramePart CutPart(const Frame& frame, const TileRect& window) {
                             std::min(window.y1 + kHalo, frame.height)};
     return {
         CropFrame(frame, outer),
-        {window.x0 - outer.x0, window.y0 - outer.y0, window.x1 - outer.x0, window.y1 - outer.y0}};
+        {window.x0 - outer.x0, window.y0 - outer.y0, window.x1 - outer.x0, window.y1 - outer.y0},
+        outer};
 }
 
 }  // namespace relume::denoise

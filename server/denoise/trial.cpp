@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/image/metrics.h"
+#include "server/denoise/crop_frame.h"
 #include "server/denoise/error_estimate.h"
 #include "server/denoise/halves.h"
 #include "server/denoise/net.h"
@@ -15,6 +16,7 @@ namespace relume::denoise {
 namespace {
 
 constexpr int kShare = 16;              // one part in so many is judged
+constexpr double kPixelsAWindow = 3e4;  // of a small frame, at least
 constexpr int kBlock = 16;              // pixels a side
 constexpr double kLargestShare = 0.02;  // of differences is cut off
 constexpr double kFewestSamples = 8;    // a pixel, to tell filters apart by
@@ -28,7 +30,9 @@ std::size_t PixelOf(const Trial::Window& window, int x, int y) {
 
 Trial::Trial(const Frame& frame) {
     std::size_t part = 0;
-    for (const TileRect& rect : ChooseWindows(frame, kShare)) {
+    is_small_ = ChooseWindows(frame, kShare).size() <= 1;
+    const double few = static_cast<double>(frame.pixel_count()) / kPixelsAWindow;
+    for (const TileRect& rect : ChooseWindows(frame, kShare, std::clamp(few, 1.0, 8.0))) {
         Window window{CutPart(frame, rect), {}, {}};
         part += window.part.frame.pixel_count();
         for (const int half : {0, 1}) {
@@ -66,6 +70,29 @@ Trial::Run Trial::Filter(const Denoiser& denoiser, int halves, const CancelToken
     return RunEach(halves, [&](std::size_t half, std::size_t w) {
         return RunDenoiser(denoiser, windows_[w].half[half], cancel);
     });
+}
+
+Trial::Whole Trial::FilterWhole(const Denoiser& denoiser, const Frame& frame,
+                                const CancelToken& cancel) const {
+    const auto start = std::chrono::steady_clock::now();
+    Whole whole;
+    for (const int half : {0, 1}) {
+        Result result = RunDenoiser(denoiser, HalfFrame(frame, half), cancel);
+        auto& windows = whole.run.halves.emplace_back();
+        for (const Window& window : windows_) {
+            Result& part = windows.emplace_back();
+            for (std::size_t c = 0; c < 3; ++c) {
+                part.color[c] = CropPlane(result.color[c], frame.width, window.part.outer);
+            }
+            if (result.error) {
+                part.error = CropPlane(*result.error, frame.width, window.part.outer);
+            }
+        }
+        std::ranges::move(result.color, whole.halves.color[static_cast<std::size_t>(half)].begin());
+    }
+    whole.run.seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() / 2;
+    return whole;
 }
 
 Trial::Run Trial::Mix(const std::array<const Run*, kNetSlotCount>& runs, int halves,

@@ -9,12 +9,14 @@
 #include "server/denoise/denoiser.h"
 #include "server/denoise/frame.h"
 #include "server/denoise/frame_parts.h"
+#include "server/denoise/halves.h"
 #include "server/denoise/net_inputs.h"
 
 namespace relume::denoise {
 
-// Filters tried on parts of a frame, a sixteenth of it: on one half of the samples there. The frame
-// must have halves, and the filters must do without. A small frame is one part.
+// Filters tried on parts of a frame, a sixteenth of it, or of a small one up to a half: on one half
+// of the samples there. The frame must have halves, and the filters must do without. A very small
+// frame is one part.
 class Trial {
   public:
     explicit Trial(const Frame& frame);
@@ -25,6 +27,13 @@ class Trial {
     };
     // `halves`: 1, the first alone, or 2.
     Run Filter(const Denoiser& denoiser, int halves, const CancelToken& cancel) const;
+    // The same of both halves of the whole frame, of which the windows are cut.
+    struct Whole {
+        Run run;
+        FilteredHalves halves;
+    };
+    Whole FilterWhole(const Denoiser& denoiser, const Frame& frame,
+                      const CancelToken& cancel) const;
     // What the network of `net` makes of runs, by their number in kNetSlots; null: not there. The
     // noisy candidate needs none. Its time is that of the network alone.
     Run Mix(const std::array<const Run*, kNetSlotCount>& runs, int halves,
@@ -39,6 +48,9 @@ class Trial {
     // Pixels that a filter sees, over those of the frame.
     double share() const { return 1 / whole_over_part_; }
 
+    // Estimates of its error look at the whole of such a frame (error_estimate.h).
+    bool is_small() const { return is_small_; }
+
     double samples() const { return samples_; }  // mean of a pixel; 0: not known
     // Whether a half has enough of them to say how filters compare on twice as many.
     bool tells() const;
@@ -50,6 +62,7 @@ class Trial {
 
     double whole_over_part_ = 1;
     double samples_ = 0;
+    bool is_small_ = false;
     std::vector<Window> windows_;
 };
 

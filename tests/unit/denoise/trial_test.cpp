@@ -46,7 +46,7 @@ Trial::Run MakeRun(const Trial& trial, const Truth& truth, float deviation, unsi
 class Judges : public testing::TestWithParam<int> {
   protected:
     // One window: of that size the frame is tried whole.
-    Truth truth_{192, 160};
+    Truth truth_{144, 128};
     Frame frame_ = FrameFromFilm(MakeFilm(truth_, 16, 11));
     Trial trial_{frame_};
 };
