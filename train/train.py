@@ -25,11 +25,11 @@ from shards import Frames
 DEFAULTS = {
     "name": "blend",
     "encoder": list(model.ENCODER), "decoder": list(model.DECODER),
-    "batch": 16, "crop": 96, "rate": 2e-3, "average": 0.999, "seed": 1,
+    "batch": 32, "crop": 96, "rate": 7e-4, "average": 0.998, "seed": 1,
     "structure": 0.5,      # weight of the L1 term
     "epsilon": 0.01,       # of the relative squared error
-    "most": 4.0,           # a pixel's error is bent towards this
-    "normalise": True,     # errors relative to those of the crop's best candidate
+    "most": 1.0,           # a pixel's error is bent towards this
+    "normalise": False,    # errors relative to those of the crop's best candidate
     "drop": 0.35,          # chance that a candidate is hidden
     "always": 2,           # so many of the first candidates never are
     "amp": False,          # bfloat16 on a GPU
