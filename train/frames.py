@@ -27,6 +27,7 @@ import exr
 import scenes
 
 SPP = [2, 4, 6, 8, 8, 8, 12, 16, 32, 64]
+HALVES = 0.25  # of the frames are of one half of the samples alone
 PREVIEW = 96
 VIEWS = [1, 1, 1.5, 2, 3, 4]  # the whole picture's side, in sides of a frame
 
@@ -183,10 +184,12 @@ def make_scene(options, seed):
         seconds["frames"] += time.time() - started
         started = time.time()
         dump = os.path.join(folder, "noisy_%d.bin" % k)
-        run([*options.network_inputs.split(), noisy, "--reference", reference, "-o", dump])
+        # Filters are tried on halves of the samples: the network sees such, too.
+        half_alone = ["--half", str(rng.integers(2))] if spp >= 4 and rng.random() < HALVES else []
+        run([*options.network_inputs.split(), noisy, "--reference", reference, "-o", dump, *half_alone])
         header, first, second, truth, more = read_dump(dump)
         seconds["inputs"] += time.time() - started
-        frames.append({"spp": spp, "sampler": sampler, "filter": filter_, "seed": k + 1, "mean_spp": header.get("spp", spp)})
+        frames.append({"spp": spp, "sampler": sampler, "filter": filter_, "seed": k + 1, "half": bool(half_alone), "mean_spp": header.get("spp", spp)})
         inputs.append(half(first))
         candidates.append(second)
         extras.append(more)

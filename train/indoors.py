@@ -49,6 +49,15 @@ def _outside(scene, looks):
         scene.glow(looks.warm(rng.uniform(1, 8)))
 
 
+def _panels(scene, looks, corner, u, inward, holes, back, strength):
+    """Behind each hole of a wall a rectangle that shines in, like a white sky: found by rays to lights."""
+    du, inward = m.unit(u), np.asarray(inward, float)
+    light = looks.warm(strength)
+    for a, low, b, high in holes:
+        at = np.asarray(corner, float) + du * (b + back / 2) + [0, 0, low] - inward * back
+        scene.add(m.quad(at, -du * (b - a + back), (0, 0, high - low)), looks.black, light=light)
+
+
 def room(scene, looks):
     """Walls, floor, windows, furniture, lamps; the camera stands in a corner."""
     rng = looks.rng
@@ -66,8 +75,10 @@ def room(scene, looks):
             holes[k].append((a, low, min(a + width, lengths[k] - 0.05), min(h - 0.15, low + rng.uniform(0.7, 1.6))))
     corners = [((0, 0, 0), (w, 0, 0), (0, 1, 0)), ((w, 0, 0), (0, d, 0), (-1, 0, 0)),
                ((w, d, 0), (-w, 0, 0), (0, -1, 0)), ((0, d, 0), (0, -d, 0), (1, 0, 0))]
-    paint = looks.wall()
+    paint, bright, white = looks.wall(), rng.uniform(2, 12), rng.random() < 0.45
     for k, (corner, u, inward) in enumerate(corners):
+        if white:
+            _panels(scene, looks, corner, u, inward, holes[k], 0.1, bright)
         scene.add(m.wall(corner, u, (0, 0, h), holes[k]), paint if rng.random() < 0.75 else looks.wall())
         du = m.unit(u)
         for hole in holes[k]:
@@ -83,7 +94,7 @@ def room(scene, looks):
                 kind = "coateddiffuse" if rng.random() < 0.5 else "diffuse"
                 # (wall's u x up points out of the room: the picture is turned)
                 scene.add(m.quad(at, du * pw, (0, 0, ph)), scene.material(kind, reflectance=picture))
-    if by_day or any(holes.values()):
+    if any(holes.values()) and not white:
         _outside(scene, looks)
     r = float(rng.choice([0.4, 0.7, 1]))
     scene.add(m.quad((0, 0, 0), (w, 0, 0), (0, d, 0), (w, d)), looks.surface((r, r)))
@@ -212,7 +223,11 @@ def corridor(scene, looks):
     scene.add(m.quad((0, 0, 0), (w, 0, 0), (0, length, 0), (w, length)), looks.surface((r, r)))
     scene.add(m.quad((0, 0, h), (0, length, 0), (w, 0, 0), (length, w)), looks.wall())
     if kind in ("slits", "door"):
-        _outside(scene, looks)
+        if rng.random() < 0.25:
+            _outside(scene, looks)
+        else:
+            _panels(scene, looks, (0, length, 0), (0, -1, 0), (1, 0, 0), holes, 0.1, rng.uniform(2, 12))
+            _panels(scene, looks, (w, 0, 0), (0, 1, 0), (-1, 0, 0), door, rng.uniform(0.1, 0.8), rng.uniform(5, 30))
     else:
         for x in (0.15, w - 0.15):
             scene.add(m.quad((x - 0.1, 0.2, h - 0.35), (0.2, 0, 0), (0, length - 0.4, 0)), looks.black,

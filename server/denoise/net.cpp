@@ -199,7 +199,7 @@ std::string JoinNames(const NetParts& parts) {
 
 bool HasNetSlot(std::size_t slot) {
     return kNetSlots[slot].filter != std::string("oidn") ||
-           FindNetworkWeights("rt_hdr_calb_cnrm").has_value();
+           !NetworkSource("rt_hdr_calb_cnrm").empty();
 }
 
 std::string NetName(const NetParts& parts, const std::string& without) {

@@ -20,7 +20,6 @@
 #include <array>
 #include <cmath>
 #include <memory>
-#include <optional>
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
@@ -30,6 +29,8 @@
 
 namespace relume::denoise {
 namespace {
+
+constexpr const char *kAlbedoNetwork = "rt_alb", *kNormalNetwork = "rt_nrm";
 
 using ThreePlanes = std::array<Plane, 3>;
 
@@ -82,12 +83,13 @@ class Oidn final : public Denoiser {
                 "filter 'oidn': size=large is published for features=prefiltered "
                 "alone; take size=base");
         }
-        main_ = Load(features_ == "none"    ? "rt_hdr"
-                     : features_ == "noisy" ? "rt_hdr_alb_nrm"
-                                            : "rt_hdr_calb_cnrm");
+        main_ = OfSize(features_ == "none"    ? "rt_hdr"
+                       : features_ == "noisy" ? "rt_hdr_alb_nrm"
+                                              : "rt_hdr_calb_cnrm");
+        CheckOidnNetwork(main_);
         if (features_ == "prefiltered") {
-            albedo_.emplace(LoadOidnNetwork("rt_alb"));
-            normal_.emplace(LoadOidnNetwork("rt_nrm"));
+            CheckOidnNetwork(kAlbedoNetwork);
+            CheckOidnNetwork(kNormalNetwork);
         }
     }
 
@@ -101,12 +103,9 @@ class Oidn final : public Denoiser {
         const bool has_normal = has_albedo && HasFeature(frame, kNormalX);
 
         // Which network, and what it sees beside colour: in [0, 1].
-        std::optional<Network> other;
-        const Network* network = &*main_;
-        if (features_ != "none" && !has_normal) {
-            other = Load(has_albedo ? "rt_hdr_alb" : "rt_hdr");
-            network = &*other;
-        }
+        const bool lacks = features_ != "none" && !has_normal;
+        const std::shared_ptr<const Network> network =
+            LoadOidnNetwork(lacks ? OfSize(has_albedo ? "rt_hdr_alb" : "rt_hdr") : main_);
         ThreePlanes albedo, normal;
         for (int c = 0; c < 3 && has_albedo; ++c) {
             albedo[static_cast<std::size_t>(c)] = Map(frame.feature[kAlbedoR + c], Clamp01);
@@ -118,11 +117,13 @@ class Oidn final : public Denoiser {
         result.notes["features"] = has_normal ? features_ : has_albedo ? "albedo, noisy" : "none";
         if (has_normal && features_ == "prefiltered") {
             if (!IsClean(frame, kAlbedoR)) {
-                albedo = Prefilter(*albedo_, albedo, frame, ToSrgb, FromSrgb, cancel);
+                albedo = Prefilter(*LoadOidnNetwork(kAlbedoNetwork), albedo, frame, ToSrgb,
+                                   FromSrgb, cancel);
             }
             if (!IsClean(frame, kNormalX)) {
                 const auto as_it_is = [](float value) { return value; };
-                normal = Prefilter(*normal_, normal, frame, as_it_is, as_it_is, cancel);
+                normal = Prefilter(*LoadOidnNetwork(kNormalNetwork), normal, frame, as_it_is,
+                                   as_it_is, cancel);
             }
         }
 
@@ -147,9 +148,9 @@ class Oidn final : public Denoiser {
     }
 
   private:
-    Network Load(const std::string& name) const {
+    std::string OfSize(const std::string& name) const {
         const bool published = size_ == "small" || (size_ == "large" && name == "rt_hdr_calb_cnrm");
-        return LoadOidnNetwork(published ? name + "_" + size_ : name);
+        return published ? name + "_" + size_ : name;
     }
 
     template <typename To, typename From>
@@ -168,7 +169,7 @@ class Oidn final : public Denoiser {
     }
 
     std::string features_, size_;
-    std::optional<Network> main_, albedo_, normal_;
+    std::string main_;  // name of the network for colour
 };
 
 }  // namespace

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <map>
+#include <mutex>
+
 #include <string_view>
 
 #include "core/base/error.h"
@@ -78,17 +81,29 @@ GraphSpec OidnLargeGraph() {
     }};
 }
 
-Network LoadOidnNetwork(const std::string& name) {
-    const auto weights = FindNetworkWeights(name);
-    if (!weights) {
+void CheckOidnNetwork(const std::string& name) {
+    if (NetworkSource(name).empty()) {
         throw Error(ErrorCode::kFailedPrecondition,
                     fmt::format("filter 'oidn' needs Open Image Denoise's weights {}.tza, which "
                                 "are in none of {}: deploy/fetch-oidn gets them, or set "
                                 "RELUME_NETWORKS to their folder",
                                 name, NetworkFolders()));
     }
-    const bool large = name.ends_with("_large");
-    return {large ? OidnLargeGraph() : OidnGraph(), weights->tensors, weights->source};
+}
+
+std::shared_ptr<const Network> LoadOidnNetwork(const std::string& name) {
+    static std::mutex mutex;
+    static std::map<std::string, std::shared_ptr<const Network>> loaded;  // by source
+    CheckOidnNetwork(name);
+    const std::lock_guard lock(mutex);
+    std::shared_ptr<const Network>& network = loaded[NetworkSource(name)];
+    if (!network) {
+        const auto weights = FindNetworkWeights(name);
+        const bool large = name.ends_with("_large");
+        network = std::make_shared<Network>(large ? OidnLargeGraph() : OidnGraph(),
+                                            weights->tensors, weights->source);
+    }
+    return network;
 }
 
 }  // namespace relume::denoise

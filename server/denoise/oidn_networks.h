@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 
 #include "server/denoise/network/network.h"
@@ -12,7 +13,10 @@ GraphSpec OidnGraph();       // base and small: one convolution a scale on the w
 GraphSpec OidnLargeGraph();  // two
 
 // "rt_hdr_alb_nrm" or the like, wherever it lies (network/weights.h). If it isn't there: throws
-// kFailedPrecondition, which tells how to get it.
-Network LoadOidnNetwork(const std::string& name);
+// kFailedPrecondition, which tells how to get it. Thread-safe; a file is read once.
+std::shared_ptr<const Network> LoadOidnNetwork(const std::string& name);
+
+// Throws as that does, without reading it.
+void CheckOidnNetwork(const std::string& name);
 
 }  // namespace relume::denoise

@@ -84,8 +84,11 @@ Description DescribeBest(const ConvolutionShape& shape) {
 }  // namespace
 
 int ChannelLanes() {
-    static const int lanes = dnnl::get_effective_cpu_isa() >= dnnl::cpu_isa::avx512_core ? 16 : 8;
-    return lanes;
+    // One bit a set of instructions.
+    constexpr auto kWide = static_cast<unsigned>(dnnl::cpu_isa::avx512_core);
+    static const bool wide =
+        (static_cast<unsigned>(dnnl::get_effective_cpu_isa()) & kWide) == kWide;
+    return wide ? 16 : 8;
 }
 
 struct BlockConvolution::Impl {

@@ -34,25 +34,30 @@ Tiling Divide(const Graph& graph, int width, int height, int columns, int rows) 
     return t;
 }
 
-// The least work whose tiles fit the memory; the fewest tiles if that is equal. By the size alone.
+// The least work of tiles that fit the memory, by the size alone; the least memory if none do.
 Tiling ChooseTiling(const Graph& graph, int width, int height, std::size_t most_bytes) {
-    const auto most_columns = RoundUp(width, graph.alignment) / graph.alignment;
-    const auto most_rows = RoundUp(height, graph.alignment) / graph.alignment;
-    const auto fits = [&](const Tiling& tiling) {
-        return LayOut(graph, tiling.width, tiling.height).bytes() <= most_bytes;
-    };
+    const int most_columns = RoundUp(width, graph.alignment) / graph.alignment;
+    const int most_rows = RoundUp(height, graph.alignment) / graph.alignment;
     Tiling best = {};
     double least_work = 0;
+    std::size_t least_bytes = 0;
     for (int columns = 1, rows = 0; columns <= most_columns && rows != 1; ++columns) {
-        rows = 1;
-        Tiling tiling = Divide(graph, width, height, columns, rows);
-        while (!fits(tiling) && rows < most_rows) {
-            tiling = Divide(graph, width, height, columns, ++rows);
+        Tiling tiling = {};
+        std::size_t bytes = 0;
+        for (rows = 1; rows <= most_rows; ++rows) {
+            tiling = Divide(graph, width, height, columns, rows);
+            bytes = std::max(LayOut(graph, tiling.width, tiling.height).bytes(), most_bytes);
+            if (bytes == most_bytes) {
+                break;
+            }
         }
-        const double work = static_cast<double>(tiling.width) * tiling.height * columns * rows;
-        if (best.columns == 0 || (fits(tiling) && work < least_work)) {
+        const double work =
+            static_cast<double>(tiling.width) * tiling.height * tiling.columns * tiling.rows;
+        if (best.columns == 0 || bytes < least_bytes ||
+            (bytes == least_bytes && work < least_work)) {
             best = tiling;
             least_work = work;
+            least_bytes = bytes;
         }
     }
     return best;

@@ -52,6 +52,12 @@ Plan::Plan(const Graph& graph, int width, int height)
     }
 }
 
+// The lock is for ThreadSanitizer, which does not see that the threads' work is done by now.
+Plan::~Plan() {
+    const std::lock_guard lock(mutex_);
+    scratch_.clear();
+}
+
 Plan::Step Plan::PlanStep(const GraphStep& step) const {
     const int lanes = ChannelLanes();
     Step planned;

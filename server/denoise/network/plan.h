@@ -43,6 +43,9 @@ class Plan {
   public:
     // `width`, `height`: multiples of the graph's alignment. The graph must outlive it.
     Plan(const Graph& graph, int width, int height);
+    ~Plan();
+    Plan(const Plan&) = delete;
+    Plan& operator=(const Plan&) = delete;
 
     // Reads the tile from planes of image_width x image_height, with zeros beyond their sides, and
     // writes what counts to `outputs` of the same size.

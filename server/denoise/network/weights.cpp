@@ -39,30 +39,44 @@ std::vector<fs::path> ChosenFolders() {
     return chosen.empty() ? std::vector<fs::path>{} : std::vector<fs::path>{chosen};
 }
 
-std::optional<NetworkWeights> FindIn(const std::vector<fs::path>& folders,
-                                     const std::string& name) {
+// "" if none of them has it.
+std::string PathIn(const std::vector<fs::path>& folders, const std::string& name) {
     for (const fs::path& folder : folders) {
         const fs::path path = folder / (name + ".tza");
         std::error_code error;
         if (fs::is_regular_file(path, error)) {
-            return NetworkWeights{path.string(), ReadTza(path.string())};
+            return path.string();
         }
     }
-    return std::nullopt;
+    return "";
+}
+
+const BuiltInNetwork* FindBuiltIn(const std::string& name) {
+    for (const BuiltInNetwork& network : BuiltInNetworks()) {
+        if (name == network.name) {
+            return &network;
+        }
+    }
+    return nullptr;
 }
 
 }  // namespace
 
+std::string NetworkSource(const std::string& name) {
+    const std::string chosen = PathIn(ChosenFolders(), name);
+    return !chosen.empty()     ? chosen
+           : FindBuiltIn(name) ? name + ", built in"
+                               : PathIn(SharedFolders(), name);
+}
+
 std::optional<NetworkWeights> FindNetworkWeights(const std::string& name) {
-    if (auto found = FindIn(ChosenFolders(), name)) {
-        return found;
+    const std::string source = NetworkSource(name);
+    if (source.empty()) {
+        return std::nullopt;
     }
-    for (const BuiltInNetwork& network : BuiltInNetworks()) {
-        if (name == network.name) {
-            return NetworkWeights{name + ", built in", ParseTza(network.bytes, name)};
-        }
-    }
-    return FindIn(SharedFolders(), name);
+    const BuiltInNetwork* network = FindBuiltIn(name);
+    const bool built_in = network != nullptr && source == name + ", built in";
+    return NetworkWeights{source, built_in ? ParseTza(network->bytes, name) : ReadTza(source)};
 }
 
 std::string NetworkFolders() {

@@ -18,6 +18,9 @@ struct NetworkWeights {
 };
 std::optional<NetworkWeights> FindNetworkWeights(const std::string& name);
 
+// Where FindNetworkWeights finds them, without reading: the path, "NAME, built in", or "".
+std::string NetworkSource(const std::string& name);
+
 // Folders that are looked at, for messages: "/usr/local/share/relume/networks, ...".
 std::string NetworkFolders();
 
