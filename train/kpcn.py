@@ -17,18 +17,15 @@ import crops
 # name: (convolutions, their kernel's side, features between them, radius of the kernel that they say)
 SIZES = {"lite": (5, 5, 32, 6), "full": (9, 5, 100, 10)}
 
-ALBEDO_FLOOR = 0.00316
-DARK_ALBEDO = 0.01     # below in all channels: not divided by
-SURFACE = 1e-4         # squared length of the mean normal; below: no surface, not divided by
+ALBEDO_FLOOR = 0.03    # the paper has 0.00316; what black surfaces mirror would outshine what is beside them
 MOST_LOG, MOST_NOISE = 16.0, 4.0
 
 
 def demodulation(planes):
-    """What the radiance is divided by, B x 3 x H x W: albedo + 0.00316; 1 where no surface is, or a black one."""
-    albedo = crops.part(planes, "albedo").clamp(0, 1)
-    surface = crops.part(planes, "N").square().sum(1, keepdim=True) > SURFACE
-    lit = albedo.amax(1, keepdim=True) > DARK_ALBEDO
-    return torch.where(surface & lit, albedo + ALBEDO_FLOOR, torch.ones_like(albedo))
+    """What the radiance is divided by, B x 3 x H x W: albedo + 0.03, and 1 more where no surface is. No step between
+    these: what is divided by little must not meet what is divided by 1."""
+    open_part = (1 - crops.part(planes, "N").square().sum(1, keepdim=True).sqrt()).clamp(min=0)
+    return crops.part(planes, "albedo").clamp(0, 1) + open_part + ALBEDO_FLOOR
 
 
 def _with_slopes(mean, noise):

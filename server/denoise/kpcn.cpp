@@ -6,10 +6,10 @@
 //
 // What is filtered is radiance over albedo, so that textures are left alone. The paper does so to
 // diffuse light, and has a second network for specular light; the film does not part them: there is
-// one network, and reflections are divided by the albedo too. Where there is no surface or a black
-// one nothing is divided. The network sees logarithms of radiance; the weights, by softmax, are
-// applied to radiance itself: a result lies between its window's pixels (over albedo). Convolutions
-// see zeros beyond the border, kernels a mirrored image.
+// one network, and reflections are divided by the albedo too. The divisor is no less than 0.03, and
+// about 1 where there is no surface (kpcn_inputs.h). The network sees logarithms of radiance;
+// the weights, by softmax, are applied to radiance itself: a result lies between its window's
+// pixels (over albedo). Convolutions see zeros beyond the border, kernels a mirrored image.
 //
 // The estimated error is SURE with the weights taken for fixed, although the network has seen the
 // noise: too low where it follows it. No halves are needed.

@@ -10,9 +10,7 @@ namespace relume::denoise {
 namespace {
 
 constexpr std::size_t kPixels = 4096;  // a task
-constexpr float kAlbedoFloor = 0.00316f;
-constexpr float kDarkAlbedo = 0.01f;
-constexpr float kSurface = 1e-4f;  // squared length of the mean normal
+constexpr float kAlbedoFloor = 0.03f;
 constexpr float kMostLog = 16, kMostNoise = 4;
 
 template <class Body>
@@ -33,20 +31,19 @@ void Demodulate(const Frame& frame, KpcnInputs* inputs) {
         inputs->demodulated[c].resize(frame.pixel_count());
     }
     ForEachPixel(frame.pixel_count(), [&](std::size_t i) {
-        float most = 0, normal = 0;
-        for (int c = 0; c < 3 && !frame.feature[kAlbedoR].empty(); ++c) {
-            most = std::max(most, frame.feature[kAlbedoR + c][i]);
-        }
+        float squared = 0;
         for (int c = 0; c < 3; ++c) {
-            const float n = frame.feature[kNormalX].empty() ? 1.0f : frame.feature[kNormalX + c][i];
-            normal += n * n;
+            const float n = frame.feature[kNormalX].empty() ? 0.0f : frame.feature[kNormalX + c][i];
+            squared += n * n;
         }
-        const bool divide = most > kDarkAlbedo && normal > kSurface;
+        // No step where surfaces end or become black: what is divided by little must not meet what
+        // is divided by 1.
+        const float open = frame.feature[kNormalX].empty() ? 0.0f : 1 - std::sqrt(squared);
+        for (std::size_t c = 0; c < 3 && !frame.feature[kAlbedoR].empty(); ++c) {
+            inputs->divisor[c][i] = std::clamp(frame.feature[kAlbedoR + c][i], 0.0f, 1.0f) +
+                                    std::max(open, 0.0f) + kAlbedoFloor;
+        }
         for (std::size_t c = 0; c < 3; ++c) {
-            if (divide) {
-                inputs->divisor[c][i] =
-                    std::clamp(frame.feature[kAlbedoR + c][i], 0.0f, 1.0f) + kAlbedoFloor;
-            }
             inputs->demodulated[c][i] = frame.color[c][i] / inputs->divisor[c][i];
         }
     });

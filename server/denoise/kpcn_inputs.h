@@ -11,7 +11,9 @@ namespace relume::denoise {
 // What the network of `kpcn` sees, and what its kernels are applied to; train/kpcn.py has the same.
 struct KpcnInputs {
     std::vector<Plane> channels;  // KpcnInputNames()
-    // Albedo + 0.00316; 1 where there is no surface (no normal), or a black one, or no albedo.
+    // Albedo + 0.03, and 1 less the normal's length, so that the open sky is divided by about 1; 1
+    // without albedo. (The paper has albedo + 0.00316: what black surfaces mirror would outshine,
+    // over that, all that is beside them.)
     std::array<Plane, 3> divisor;
     std::array<Plane, 3> demodulated;  // radiance over the divisor
 };

@@ -3,12 +3,14 @@
 
     crops_test.py BIN_DIR SOURCE_DIR
 """
+import argparse
 import json
 import os
 import subprocess
 import sys
 import tempfile
 import unittest
+import unittest.mock
 
 import paths
 
@@ -25,10 +27,13 @@ INPUTS = ['noise', 'count', 'albedo.R', 'albedo.G', 'albedo.B', 'N.X', 'N.Y', 'N
 EXTRAS = ['color_variance', 'albedo_variance', 'normal_variance', 'depth', 'depth_variance']
 CANDIDATES = ['none', 'bilateral']
 
+torch.set_num_threads(1)  # several wait for each other where cores are shared
+
 
 def write_scene(folder, seed, rng, side=32, extras=EXTRAS):
-    """A surface of two albedos, lit evenly, and 4 samples a pixel."""
-    light, scale = rng.uniform(0.3, 1), 2.0
+    """A surface of two albedos, half of it in shadow, and 4 samples a pixel."""
+    scale = 2.0
+    light = rng.uniform(0.3, 1) * np.where(np.arange(side) < rng.integers(8, 24), 0.2, 1.0)[:, None]
     albedo = np.where(np.arange(side) < rng.integers(8, 24), 0.2, 0.8) * np.ones((3, side, 1))
     truth = light * albedo
     noisy = truth * (1 + 0.4 * rng.normal(size=truth.shape))
@@ -81,8 +86,9 @@ class CropsTest(unittest.TestCase):
         frames = crops.Frames(self.folder, False, 'cpu')
         planes, reference = frames.crops(np.random.default_rng(5), 40, 16)
         light = reference / crops.part(planes, 'albedo')
-        spread = light.amax((1, 2, 3)) / light.amin((1, 2, 3))
+        spread = light.amax(1) / light.amin(1)
         self.assertLess(float(spread.max()), 1.01)  # colours go with albedo, and stay in their place
+        self.assertLess(len(np.unique(light.mean(1)[0].numpy().round(2))), 6)
         relative = crops.part(planes, 'color_variance')[:, 0] / (0.4 * reference).square().mean(1)
         np.testing.assert_allclose(relative, np.ones(relative.shape), rtol=1e-2)
         facing = crops.part(planes, 'N').abs()
@@ -107,33 +113,52 @@ class CropsTest(unittest.TestCase):
         wide = printed.filtered(planes, torch.full((1, 5, 32, 32), 1e4))
         self.assertAlmostEqual(float(wide[0, 0, 16, 16]), float(color[0, 0, 8:25, 8:25].mean()), 4)
 
+    def learn(self, model):
+        """MrSE over the noisy image's, before and after."""
+        self.write()
+        held_out = crops.Frames(self.folder, True, 'cpu', judged=True)
+        before = crops.judge(model, held_out)['over none']
+        crops.train(model, argparse.Namespace(
+            data=self.folder, out=os.path.join(self.place.name, 'a.tza'), steps=80, seconds=None, batch=4, crop=24,
+            rate=5e-3, seed=1, state=None))
+        return before, crops.judge(model, held_out)['over none']
+
+    def test_kernels_learn_to_stop_at_edges(self):
+        torch.manual_seed(2)
+        with unittest.mock.patch.dict(kpcn.SIZES, tiny=(3, 3, 8, 2)):
+            before, after = self.learn(kpcn.Kpcn('tiny'))
+        self.assertLess(after, 0.8 * before)
+
+    def test_sigmas_learn_to_stop_at_edges(self):
+        torch.manual_seed(2)
+        before, after = self.learn(printed.Printed(3, 8))
+        self.assertLess(after, 0.8 * before)
+
     def train(self, program, *more):
         out = os.path.join(self.place.name, program + '.tza')
         done = subprocess.run(
             [sys.executable, os.path.join(paths.SOURCE, 'train', program + '.py'), '--data', self.folder, '--out', out,
              '--batch', '2', '--crop', '24', '--state', out + '.state', *more],
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=500)
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=500, env=dict(os.environ, OMP_NUM_THREADS='1'))
         self.assertEqual(done.returncode, 0, done.stdout.decode())
         with open(out[:-4] + '.json') as source:
-            return tza.read(out), json.load(source)
+            return tza.read(out), json.load(source)['curve']
 
-    def test_printed_learns_is_stored_and_goes_on(self):
+    def test_printed_is_stored_and_goes_on(self):
         self.write()
-        weights, report = self.train('printed', '--layers', '3', '--width', '8', '--steps', '12')
+        weights, curve = self.train('printed', '--layers', '3', '--width', '8', '--steps', '12')
         self.assertEqual([weights['conv%d.weight' % i].shape[:2] for i in range(3)], [(8, 16), (8, 8), (5, 8)])
-        curve = report['curve']
         self.assertEqual([r['step'] for r in curve], [2, 4, 6, 8, 10, 12])
-        self.assertLess(curve[-1]['held_out']['over none'], 0.3)
-        again = self.train('printed', '--layers', '3', '--width', '8', '--steps', '18')[1]['curve']
+        again = self.train('printed', '--layers', '3', '--width', '8', '--steps', '18')[1]
         self.assertEqual(again[:len(curve)], curve)
         self.assertEqual([r['step'] for r in again[len(curve):]], [15, 18])
 
-    def test_kpcn_learns_and_is_stored(self):
+    def test_kpcn_is_stored(self):
         self.write()
-        weights, report = self.train('kpcn', '--steps', '24')
+        weights, curve = self.train('kpcn', '--steps', '1')
         self.assertEqual(weights['conv4.weight'].shape, (169, 32, 5, 5))
         self.assertEqual(weights['conv0.weight'].shape, (32, 34, 5, 5))
-        self.assertLess(report['curve'][-1]['held_out']['over none'], 0.6)
+        self.assertEqual(set(curve[-1]['held_out']), {'MrSE', 'over none', 'over bilateral'})
 
     def test_frames_without_variances_are_refused(self):
         write_scene(self.folder, 1, np.random.default_rng(1), extras=None)

@@ -123,7 +123,7 @@ TEST(KpcnInputs, FollowTheirDefinition) {
     const std::size_t i = 2 * 9 + 4, left = i - 1, above = i - 9, skyward = 7;
     for (int c = 0; c < 3; ++c) {
         frame.feature[kNormalX + c][skyward] = 0;
-        frame.feature[kAlbedoR + c][left] = 0.009f;
+        frame.feature[kNormalX + c][left] = c == 1 ? 1.0f : 0.0f;
     }
     const KpcnInputs inputs = MakeKpcnInputs(frame, KpcnDepthScale(frame));
     const std::vector<std::string> names = KpcnInputNames();
@@ -133,9 +133,13 @@ TEST(KpcnInputs, FollowTheirDefinition) {
         return inputs
             .channels[static_cast<std::size_t>(std::ranges::find(names, name) - names.begin())];
     };
-    EXPECT_EQ(inputs.divisor[0][skyward], 1);
-    EXPECT_EQ(inputs.divisor[1][left], 1);
-    EXPECT_FLOAT_EQ(inputs.divisor[2][i], frame.feature[kAlbedoB][i] + 0.00316f);
+    EXPECT_FLOAT_EQ(inputs.divisor[0][skyward], frame.feature[kAlbedoR][skyward] + 1.03f);
+    EXPECT_FLOAT_EQ(inputs.divisor[1][left], frame.feature[kAlbedoG][left] + 0.03f);
+    const auto normal = [&](int c) { return frame.feature[kNormalX + c][i]; };
+    const float length =
+        std::sqrt(normal(0) * normal(0) + normal(1) * normal(1) + normal(2) * normal(2));
+    EXPECT_FLOAT_EQ(inputs.divisor[2][i],
+                    frame.feature[kAlbedoB][i] + 0.03f + std::max(1 - length, 0.0f));
     const auto log = [&](std::size_t c, std::size_t at) {
         return std::log(1 + frame.color[c][at] / inputs.divisor[c][at]);
     };
