@@ -180,12 +180,16 @@ class Auto final : public Denoiser {
             stands.push_back(tried.size());
             tried.push_back({NetName(names, dropping.names), judge.Of(run), seconds + run.seconds});
         }
-        if (!trial.tells()) {
-            stands = {0, stands.back()};
+        const bool judged = trial.tells() && trial.is_wide();
+        if (!judged) {
+            const Judge::Errors& none = tried[0].errors;
+            const bool noisy = std::ranges::any_of(none, [](double e) { return e > 0; });
+            stands = {noisy ? stands.back() : 0};
         }
         const std::size_t taken = Take(tried, stands, &choice);
-        if (!trial.tells() && all.size() > 1) {
-            choice.reason = "too few samples a pixel to tell filters apart";
+        if (!judged && all.size() > 1) {
+            choice.reason = trial.tells() ? "too small an image to tell filters apart"
+                                          : "too few samples a pixel to tell filters apart";
         }
         for (const char c : dropping.names) {
             choice.dropped += c == '-' ? ", " : std::string(1, c);

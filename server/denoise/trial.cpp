@@ -17,6 +17,7 @@ namespace {
 
 constexpr int kShare = 16;              // one part in so many is judged
 constexpr double kPixelsAWindow = 3e4;  // of a small frame, at least
+constexpr std::size_t kFewestWindows = 4;
 constexpr int kBlock = 16;              // pixels a side
 constexpr double kLargestShare = 0.02;  // of differences is cut off
 constexpr double kFewestSamples = 8;    // a pixel, to tell filters apart by
@@ -50,6 +51,8 @@ Trial::Trial(const Frame& frame) {
 }
 
 bool Trial::tells() const { return samples_ == 0 || samples_ >= kFewestSamples; }
+
+bool Trial::is_wide() const { return whole_over_part_ <= 1 || windows_.size() >= kFewestWindows; }
 
 template <class Make>
 Trial::Run Trial::RunEach(int halves, Make make) const {

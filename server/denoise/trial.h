@@ -54,6 +54,9 @@ class Trial {
     double samples() const { return samples_; }  // mean of a pixel; 0: not known
     // Whether a half has enough of them to say how filters compare on twice as many.
     bool tells() const;
+    // Whether its parts are enough of a picture to choose a filter for the whole by. One window of
+    // a small frame may be wall alone.
+    bool is_wide() const;
 
   private:
     // make(half, window) for each, timed.
