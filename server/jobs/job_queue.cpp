@@ -51,6 +51,40 @@ void JobQueue::AddJob(const std::string& name, JobSetup setup, TimePoint now) {
     news_ = true;
 }
 
+void JobQueue::RestoreJob(SavedJob saved, JobSetup setup, TimePoint now) {
+    const std::string name = saved.info.name;
+    const std::uint64_t number = saved.info.number;
+    auto job = std::make_unique<Job>(std::move(saved), std::move(setup), now);
+    by_number_[number] = job.get();
+    if (!IsOver(job->info().state)) {
+        active_[number] = job.get();
+    }
+    last_number_ = std::max(last_number_, number);
+    Job* made = job.get();
+    jobs_[name] = std::move(job);
+    NoteStateOf(made);
+    news_ = true;
+}
+
+void JobQueue::Extend(const std::string& name, Checkpoint checkpoint, std::shared_ptr<Film> film,
+                      JobSetup setup, TimePoint now) {
+    Job& job = Find(name);
+    if (job.info().state != JobState::kSucceeded) {
+        throw Error(ErrorCode::kFailedPrecondition,
+                    fmt::format("{} has not succeeded; only such a job can be extended", name));
+    }
+    job.Extend(std::move(checkpoint), std::move(film), std::move(setup), now);
+    active_[job.info().number] = &job;
+    NoteStateOf(&job);
+    news_ = true;
+}
+
+void JobQueue::Hold(const std::string& name, const std::string& why, TimePoint now) {
+    Job& job = Find(name);
+    job.Hold(why, now);
+    NoteStateOf(&job);
+}
+
 std::vector<const JobInfo*> JobQueue::List(std::uint64_t before, std::size_t limit) const {
     std::vector<const JobInfo*> list;
     auto it = before == 0 ? by_number_.end() : by_number_.lower_bound(before);
@@ -142,8 +176,9 @@ std::optional<JobQueue::FilterWork> JobQueue::TakeFilterWork() {
             continue;
         }
         if (auto sampled = it->second->TakeSampled()) {
-            return FilterWork{name, std::move(sampled->film), std::move(sampled->selector),
-                              std::move(sampled->decisions)};
+            const Checkpoint& checkpoint = *sampled->checkpoint;
+            return FilterWork{name, std::move(sampled->film), *checkpoint.selector,
+                              *checkpoint.decisions, std::move(sampled->checkpoint)};
         }
     }
     return std::nullopt;
