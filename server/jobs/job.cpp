@@ -616,6 +616,7 @@ void Job::End(JobState state, const std::string& message, TimePoint now) {
     }
     info_.state = state;
     info_.message = message;
+    info_.held.clear();
     info_.ended = now;
     Release();
     Publish(now);

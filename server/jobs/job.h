@@ -129,6 +129,7 @@ class Job {
     bool TakeNewWork() { return std::exchange(new_work_, false); }
 
     void CountDuplicate() { ++info_.results_duplicate; }
+    void CountSave(double seconds) { info_.save_seconds += seconds; }
     void CountMergeSeconds(double seconds) { info_.merge_seconds += seconds; }
     void SetNumericClass(const std::string& numeric_class) { info_.numeric_class = numeric_class; }
     // Kept once each.

@@ -100,6 +100,7 @@ struct JobInfo {
     double plan_seconds = 0;             // of all plans
     double plan_filter_seconds = 0;  // of these, in the filter: guides and estimates of the error
     double merge_seconds = 0;        // to read, check and merge all results
+    double save_seconds = 0;         // thread time of the server, to save the film
     std::vector<std::string> notes;
     std::optional<StopReason> stop;
     std::optional<double> image_relmse;   // of the last plan

@@ -42,10 +42,11 @@ void JobQueue::AddJob(const std::string& name, JobSetup setup, TimePoint now) {
     const std::uint64_t number = ++last_number_;
     auto job = std::make_unique<Job>(name, number, std::move(setup), now);
     by_number_[number] = job.get();
-    active_[number] = job.get();
+    active_[number] = not_over_[number] = job.get();
     if (!jobs_.emplace(name, std::move(job)).second) {
         by_number_.erase(number);
         active_.erase(number);
+        not_over_.erase(number);
         throw Error(ErrorCode::kAlreadyExists, fmt::format("job '{}' is there already", name));
     }
     news_ = true;
@@ -57,7 +58,7 @@ void JobQueue::RestoreJob(SavedJob saved, JobSetup setup, TimePoint now) {
     auto job = std::make_unique<Job>(std::move(saved), std::move(setup), now);
     by_number_[number] = job.get();
     if (!IsOver(job->info().state)) {
-        active_[number] = job.get();
+        active_[number] = not_over_[number] = job.get();
     }
     last_number_ = std::max(last_number_, number);
     Job* made = job.get();
@@ -74,7 +75,7 @@ void JobQueue::Extend(const std::string& name, Checkpoint checkpoint, std::share
                     fmt::format("{} has not succeeded; only such a job can be extended", name));
     }
     job.Extend(std::move(checkpoint), std::move(film), std::move(setup), now);
-    active_[job.info().number] = &job;
+    active_[job.info().number] = not_over_[job.info().number] = &job;
     NoteStateOf(&job);
     news_ = true;
 }
@@ -83,6 +84,28 @@ void JobQueue::Hold(const std::string& name, const std::string& why, TimePoint n
     Job& job = Find(name);
     job.Hold(why, now);
     NoteStateOf(&job);
+}
+
+std::vector<std::string> JobQueue::TakeOver() {
+    std::vector<std::string> over;
+    std::erase_if(not_over_, [&](const auto& entry) {
+        if (!IsOver(entry.second->info().state)) {
+            return false;
+        }
+        over.push_back(entry.second->info().name);
+        return true;
+    });
+    return over;
+}
+
+std::vector<std::string> JobQueue::Rendering() const {
+    std::vector<std::string> names;
+    for (const auto& [number, job] : active_) {
+        if (job->info().state == JobState::kRendering) {
+            names.push_back(job->info().name);
+        }
+    }
+    return names;
 }
 
 std::vector<const JobInfo*> JobQueue::List(std::uint64_t before, std::size_t limit) const {
@@ -118,6 +141,7 @@ std::vector<std::string> JobQueue::ForgetOverJobs(std::size_t keep) {
         const std::string name = it->second->info().name;
         forgotten_.Add(it->second->info());
         active_.erase(it->first);
+        not_over_.erase(it->first);
         it = by_number_.erase(it);
         for (auto& [id, worker] : workers_) {
             worker.jobs.erase(name);

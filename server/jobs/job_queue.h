@@ -66,6 +66,13 @@ class JobQueue {
         const auto it = jobs_.find(name);
         return it != jobs_.end() && it->second->active();
     }
+    bool Knows(const std::string& name) const { return jobs_.count(name) != 0; }
+    // Names of those that are rendering, oldest first.
+    std::vector<std::string> Rendering() const;
+    // Those that came to be over since the last call.
+    std::vector<std::string> TakeOver();
+    // Adds to the job's save_seconds.
+    void CountSave(const std::string& name, double seconds) { Find(name).CountSave(seconds); }
     // Newest first: those with a number below `before` (0: all), at most `limit`.
     std::vector<const JobInfo*> List(std::uint64_t before, std::size_t limit) const;
     void Cancel(const std::string& name, TimePoint now);
@@ -113,6 +120,7 @@ class JobQueue {
                  bool transient, TimePoint now);
     std::vector<WorkerInfo> Workers(TimePoint now) const;
     std::vector<WorkerId> WorkerIds() const;
+    bool KnowsWorker(WorkerId worker) const { return workers_.count(worker) != 0; }
 
     // --- Leases.
     // The next lease for a worker with credits to spare.
@@ -214,6 +222,7 @@ class JobQueue {
     std::map<std::uint64_t, Job*> by_number_;  // in order of creation
     std::map<std::uint64_t, Job*>
         active_;  // of those, all that may have work, and some that have not
+    std::map<std::uint64_t, Job*> not_over_;  // and those that TakeOver has not told of
     std::deque<std::string> to_plan_, to_filter_;
     JobTotals forgotten_;  // of jobs that are
     std::uint64_t results_wrong_ = 0;
