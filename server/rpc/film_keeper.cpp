@@ -17,7 +17,6 @@ namespace {
 constexpr double kShare = 40;        // seconds between saves for each second that one takes
 constexpr double kRetrySeconds = 2;  // after a save that failed
 constexpr std::size_t kTilesAtOnce = 8;
-constexpr std::size_t kMaxWaitingBytes = std::size_t{32} << 20;
 constexpr int kSnapshotsKept = 2;
 constexpr const char* kFormat = "relume film 1";
 
@@ -125,7 +124,7 @@ void FilmKeeper::Tick(TimePoint now) {
         return;
     }
     if (copying_) {
-        if (std::exchange(stalled_, false)) {
+        if (copying_->stalled.exchange(false)) {
             CopyMore(copying_);
         }
         return;
@@ -152,14 +151,14 @@ void FilmKeeper::Tick(TimePoint now) {
 void FilmKeeper::Begin(const std::string& job, Kept* kept, TimePoint now) {
     const double start = ThreadSeconds();
     const auto save = std::make_shared<Save>();
-    auto checkpoint = queue_->BeginCopy(
-        job, [this, weak = std::weak_ptr(save)](std::size_t tile, std::string bytes) {
-            if (const auto to = weak.lock()) {
-                ++to->tiles;
-                to->waiting_bytes += bytes.size();
-                Post(to, [tile, bytes = std::move(bytes)](Save* s) { AddTile(s, tile, bytes); });
-            }
-        });
+    auto checkpoint = queue_->BeginCopy(job, [this, weak = std::weak_ptr(save)](std::size_t tile,
+                                                                                std::string bytes) {
+        if (const auto to = weak.lock()) {
+            ++to->tiles;
+            to->waiting_bytes += bytes.size();
+            Post(to, [this, tile, bytes = std::move(bytes)](Save* s) { AddTile(s, tile, bytes); });
+        }
+    });
     if (!checkpoint) {
         return;  // a plan is being made: at the next tick
     }
@@ -183,12 +182,12 @@ void FilmKeeper::Begin(const std::string& job, Kept* kept, TimePoint now) {
 }
 
 // Some tiles at a time, between the control thread's other tasks.
-void FilmKeeper::CopyMore(const std::shared_ptr<Save>& save) {
+void FilmKeeper::CopyMore(std::shared_ptr<Save> save) {
     if (save != copying_ || stopped_) {
         return;
     }
-    if (save->waiting_bytes > kMaxWaitingBytes) {
-        stalled_ = true;  // Tick comes back to it
+    if (save->waiting_bytes > options_.max_waiting_bytes) {
+        save->stalled = true;
         return;
     }
     const double start = ThreadSeconds();
@@ -290,6 +289,10 @@ void FilmKeeper::AddTile(Save* save, std::size_t tile, const std::string& bytes)
     record.PutText(bytes);
     save->writer->Add(record.Take());
     save->waiting_bytes -= std::min<std::size_t>(save->waiting_bytes, bytes.size());
+    // Should copying stall just now, Tick sees it.
+    if (save->waiting_bytes <= options_.max_waiting_bytes / 2 && save->stalled.exchange(false)) {
+        control_->Post([this, copied = save->shared_from_this()] { CopyMore(copied); });
+    }
 }
 
 void FilmKeeper::Commit(Save* save) {

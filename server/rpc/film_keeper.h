@@ -32,6 +32,8 @@ class FilmKeeper {
     struct Options {
         double save_seconds = 10;  // between saves of a job's film, at least; 0: none are saved
         std::uint64_t quota = std::uint64_t{16} << 30;  // bytes of films of jobs that are over
+        // Bytes of copied tiles that wait to be written; copying goes on when they are fewer.
+        std::size_t max_waiting_bytes = std::size_t{8} << 20;
     };
     struct Hooks {
         // Why a job can't go on; "": it can again.
@@ -76,7 +78,7 @@ class FilmKeeper {
         bool held = false;
     };
     // One save. The control thread's, but for what the files thread has after it was posted there.
-    struct Save {
+    struct Save : std::enable_shared_from_this<Save> {
         std::string job;
         std::string info;
         jobs::Checkpoint checkpoint;
@@ -91,14 +93,15 @@ class FilmKeeper {
         double seconds = 0;
         std::uint64_t bytes = 0;
         std::atomic<std::size_t> waiting_bytes{0};
+        std::atomic<bool> stalled{false};  // copying waits for the files thread
     };
 
     void Begin(const std::string& job, Kept* kept, TimePoint now);
-    void CopyMore(const std::shared_ptr<Save>& save);
+    void CopyMore(std::shared_ptr<Save> save);
     void Abandon(const std::string& job);
     void Post(const std::shared_ptr<Save>& save, std::function<void(Save*)> work);
     void Open(Save* save);
-    static void AddTile(Save* save, std::size_t tile, const std::string& bytes);
+    void AddTile(Save* save, std::size_t tile, const std::string& bytes);
     void Commit(Save* save);
     void DropOldFilms();
     void Ended(const std::shared_ptr<Save>& save);
@@ -114,7 +117,6 @@ class FilmKeeper {
     SteadyClock clock_;
     std::map<std::string, Kept> jobs_;
     std::shared_ptr<Save> copying_;  // of a job that renders
-    bool stalled_ = false;           // until the files thread has caught up
     bool stopped_ = false;
     std::uint64_t sequence_ = 0;  // of the files thread
 };

@@ -162,6 +162,28 @@ INSTANTIATE_TEST_SUITE_P(All, RestartSamplers,
                          testing::Values("uniform", "adaptive", "paper:mode=corrected"),
                          [](const auto& tested) { return std::string(tested.param).substr(0, 5); });
 
+TEST_F(RestartTest, ASlowDiskHoldsUpTheCopyAndNothingElse) {
+    v1::JobSpec spec = Spec("uniform", 8);
+    spec.set_spp(256);
+    const v1::Job expected = Undisturbed(spec);
+    ServerOptions options = Saving(0.001);
+    options.coordinator.films.max_waiting_bytes = 1;
+    Restart(options);
+    EXPECT_EQ(Undisturbed(spec).image_sha256(), expected.image_sha256());
+    v1::Job job;
+    {
+        FakeWorkerOptions stalls;
+        stalls.stall_after = 40;
+        const auto worker = StartWorker(stalls);
+        job = MustCreate(spec);
+        worker->WaitForAcknowledged(1);
+    }
+    Restart(options);
+    EXPECT_GT(GetJob(job.name()).samples_done(), 0u);
+    const auto worker = StartWorker();
+    EXPECT_EQ(WaitForEnd(job.name()).image_sha256(), expected.image_sha256());
+}
+
 TEST_F(RestartTest, ADamagedFilmIsPassedOverForTheOneBefore) {
     v1::JobSpec spec = Spec();
     spec.set_spp(16);
