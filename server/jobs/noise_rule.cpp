@@ -14,6 +14,7 @@ namespace {
 
 constexpr float kEpsilon = 1e-3f;
 constexpr int kRadius = 4;
+constexpr int kBox = 2 * kRadius + 1;
 constexpr int kStrip = 128;  // pixels of a row at a time: their planes stay in the nearest cache
 constexpr float kFromAround = 0.5f, kFromAll = 0.01f;
 // Squared distances at which a neighbour counts a quarter. Depth: relative.
@@ -130,6 +131,10 @@ void AddNeighbours(const Planes& p, std::size_t i, std::size_t j, std::size_t x,
                   row->sum[1].data() + x, row->sum[2].data() + x);
 }
 
+// Along a side of an image whose other side is `across` pixels: a thin image's windows are longer,
+// so that a pixel has as many neighbours as elsewhere.
+int RadiusAlong(int across) { return across >= kBox ? kRadius : kBox * kBox / across / 2; }
+
 // The neighbours of the pixels of one row, or of a part of it: every second one, as on a chess
 // board, is as good as all.
 void AddAround(const Planes& planes, int width, int height, const TileRect& part, Row* row) {
@@ -138,8 +143,9 @@ void AddAround(const Planes& planes, int width, int height, const TileRect& part
         return static_cast<std::size_t>(line) * static_cast<std::size_t>(width) +
                static_cast<std::size_t>(x);
     };
-    for (int dy = std::max(-kRadius, -y); dy <= std::min(kRadius, height - 1 - y); ++dy) {
-        for (int dx = -kRadius; dx <= kRadius; ++dx) {
+    const int radius_x = RadiusAlong(height), radius_y = RadiusAlong(width);
+    for (int dy = std::max(-radius_y, -y); dy <= std::min(radius_y, height - 1 - y); ++dy) {
+        for (int dx = -radius_x; dx <= radius_x; ++dx) {
             if ((dx == 0 && dy == 0) || (dx + dy) % 2 != 0) {
                 continue;
             }
