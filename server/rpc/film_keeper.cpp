@@ -14,7 +14,7 @@
 namespace relume::server {
 namespace {
 
-constexpr double kShare = 40;        // seconds between saves for each second that one takes
+constexpr double kShare = 50;        // seconds between saves for each second that one takes
 constexpr double kRetrySeconds = 2;  // after a save that failed
 constexpr std::size_t kTilesAtOnce = 8;
 constexpr int kSnapshotsKept = 2;

@@ -23,7 +23,7 @@ namespace relume::server {
 // Saves films while they are rendered, so that a server that dies costs no more than what came
 // after the last save, and when all samples are in, so that a job can be extended. Merging goes on
 // meanwhile: tiles are copied before they change, and written by a thread of their own. No save
-// begins before forty times the seconds that the last one took are over, and none of a job that has
+// begins before fifty times the seconds that the last one took are over, and none of a job that has
 // not changed.
 //
 // All on the control thread, but for Load.
