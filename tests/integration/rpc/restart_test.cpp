@@ -162,6 +162,22 @@ INSTANTIATE_TEST_SUITE_P(All, RestartSamplers,
                          testing::Values("uniform", "adaptive", "paper:mode=corrected"),
                          [](const auto& tested) { return std::string(tested.param).substr(0, 5); });
 
+TEST_F(RestartTest, AJobWithATargetStopsAtTheSameSamples) {
+    v1::JobSpec spec = Spec("adaptive");
+    spec.set_filter("auto");
+    spec.set_spp(128);
+    spec.set_target(0.005);
+    const v1::Job expected = Undisturbed(spec);
+    const v1::Job job = HalfDone(spec, 20);
+    Restart(Saving());
+    EXPECT_GT(GetJob(job.name()).samples_done(), 0u);
+    const auto worker = StartWorker();
+    const v1::Job done = WaitForEnd(job.name());
+    EXPECT_EQ(done.state(), v1::JOB_STATE_SUCCEEDED) << done.message();
+    EXPECT_EQ(done.samples_done(), expected.samples_done());
+    EXPECT_EQ(done.image_sha256(), expected.image_sha256());
+}
+
 TEST_F(RestartTest, ASlowDiskHoldsUpTheCopyAndNothingElse) {
     v1::JobSpec spec = Spec("uniform", 8);
     spec.set_spp(256);
