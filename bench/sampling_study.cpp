@@ -75,6 +75,8 @@ class Oracle final : public jobs::Planner {
         }
     }
     std::string Describe() const override { return kOracle; }
+    std::string Save() const override { return {}; }
+    void Restore(std::string_view) override {}
     jobs::FilmView View() const override { return jobs::FilmView::kNothing; }
     jobs::Plan NextPass(const jobs::PlanInput& input) override {
         jobs::Plan plan;
@@ -198,7 +200,7 @@ void RunTarget(const Options& options, const SampleStore& store, const Truth& tr
     setup.guide = GuideOf(*setup.planner, filter);
     setup.estimators.filtered = filter != "none";
     Json estimates = Json::array();
-    const auto estimate = server::MakeErrorEstimator(filter);
+    const auto estimate = server::MakeErrorEstimator(filter).error;
     setup.estimators.error = [&](const Film& film) {
         const double error = estimate(film);
         const denoise::Result result = denoise::RunDenoiser(

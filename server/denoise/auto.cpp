@@ -106,6 +106,12 @@ Dropping DropFeatures(const Frame& frame, const Trial& trial, const Judge& judge
     return out;
 }
 
+bool HasNoise(const Frame& frame) {
+    return std::ranges::any_of(frame.variance, [](const Plane& variance) {
+        return std::ranges::any_of(variance, [](float v) { return v > 0; });
+    });
+}
+
 class Auto final : public Denoiser {
   public:
     Auto(float effort, float seconds) : effort_(effort), seconds_(seconds) {}
@@ -182,9 +188,7 @@ class Auto final : public Denoiser {
         }
         const bool judged = trial.tells() && trial.is_wide();
         if (!judged) {
-            const Judge::Errors& none = tried[0].errors;
-            const bool noisy = std::ranges::any_of(none, [](double e) { return e > 0; });
-            stands = {noisy ? stands.back() : 0};
+            stands = {HasNoise(frame) ? stands.back() : 0};
         }
         const std::size_t taken = Take(tried, stands, &choice);
         if (!judged && all.size() > 1) {

@@ -2,8 +2,11 @@
 
 #include <memory>
 #include <optional>
+#include <string>
+#include <string_view>
 #include <vector>
 
+#include "core/base/byte_stream.h"
 #include "core/base/cancel_token.h"
 #include "server/denoise/denoiser.h"
 #include "server/denoise/error_estimate.h"
@@ -48,18 +51,58 @@ jobs::Guide MakeMethodGuide(const std::string& filter) {
     };
 }
 
-std::function<double(const Film&)> MakeErrorEstimator(const std::string& filter) {
-    struct State {
-        std::shared_ptr<const denoise::Denoiser> asked;
-        std::optional<denoise::Choice> choice;  // if that chooses
-        double samples = 0;                     // when it did
-    };
-    const auto state = std::make_shared<State>();
+namespace {
+
+struct EstimatorState {
+    std::shared_ptr<const denoise::Denoiser> asked;
+    std::optional<denoise::Choice> choice;  // if that chooses
+    double samples = 0;                     // when it did
+};
+
+std::string SaveEstimator(const EstimatorState& state) {
+    ByteWriter out;
+    out.Put(state.samples);
+    out.Put<std::uint8_t>(state.choice ? 1 : 0);
+    if (state.choice) {
+        const denoise::Choice& choice = *state.choice;
+        out.PutText(choice.denoiser->Describe());
+        out.PutText(choice.base ? choice.base->Describe() : std::string());
+        out.Put(choice.over_base);
+        out.Put(choice.over_base_error);
+    }
+    return out.Take();
+}
+
+// Of the choice as much as estimates look at.
+void RestoreEstimator(std::string_view bytes, EstimatorState* state) {
+    ByteReader in(bytes);
+    state->samples = in.Get<double>();
+    state->choice.reset();
+    if (in.Get<std::uint8_t>() != 0) {
+        denoise::Choice& choice = state->choice.emplace();
+        choice.denoiser = denoise::MakeDenoiser(std::string(in.GetText()));
+        const std::string base(in.GetText());
+        if (!base.empty()) {
+            choice.base = denoise::MakeDenoiser(base);
+        }
+        choice.over_base = in.Get<double>();
+        choice.over_base_error = in.Get<double>();
+    }
+    in.End();
+}
+
+}  // namespace
+
+jobs::Estimators MakeErrorEstimator(const std::string& filter) {
+    const auto state = std::make_shared<EstimatorState>();
     state->asked = denoise::MakeDenoiser(filter);
     if (state->asked->GetNeeds().samples) {
         state->asked = denoise::MakeDenoiser(kForOneHalf);  // minutes for each plan else
     }
-    return [state](const Film& film) {
+    jobs::Estimators estimators;
+    estimators.save = [state] { return SaveEstimator(*state); };
+    estimators.restore = [state](std::string_view bytes) { RestoreEstimator(bytes, state.get()); };
+    estimators.error = [state](const Film& film) {
         const CancelToken never;
         const denoise::Frame frame = denoise::FrameFromFilm(film);
         const double samples = film.TotalSamples();
@@ -86,6 +129,7 @@ std::function<double(const Film&)> MakeErrorEstimator(const std::string& filter)
         }
         return denoise::EstimateNoisy(frame).relmse;
     };
+    return estimators;
 }
 
 }  // namespace relume::server

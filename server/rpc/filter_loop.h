@@ -3,6 +3,7 @@
 #include <functional>
 #include <string>
 
+#include "server/jobs/budgeted_planner.h"
 #include "server/jobs/planner.h"
 
 namespace relume::server {
@@ -19,6 +20,7 @@ jobs::Guide MakeMethodGuide(const std::string& filter);
 // Estimated RelMSE of a job's image if it were finished now (denoise/error_estimate.h); of the
 // unfiltered image if the filter has no estimate. Serves one job, whose film it is shown as it
 // grows: a filter that chooses does so anew only when the samples have doubled.
-std::function<double(const Film&)> MakeErrorEstimator(const std::string& filter);
+// What is set is `error`, `save` and `restore`.
+jobs::Estimators MakeErrorEstimator(const std::string& filter);
 
 }  // namespace relume::server

@@ -185,7 +185,7 @@ jobs::JobSetup CheckedSpec::Setup() const {
     setup.planner = jobs::MakePlanner(sampler);
     const char* method = setup.planner->Method();
     setup.guide = method != nullptr ? MakeMethodGuide(method) : MakeGuide(filter);
-    setup.estimators.error = MakeErrorEstimator(filter);
+    setup.estimators = MakeErrorEstimator(filter);
     setup.estimators.filtered = filter != "none";
     return setup;
 }
