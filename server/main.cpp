@@ -63,6 +63,16 @@ int main(int argc, char** argv) {
                    "largest size of all scene files, e.g. 64G")
         ->transform(CLI::AsSizeValue(false))
         ->default_str("64G");
+    app.add_option("--save-every", options.coordinator.films.save_seconds,
+                   "least seconds between saves of a job's film; what came after the last one is "
+                   "rendered again if the server dies; 0: films are not saved")
+        ->capture_default_str()
+        ->check(CLI::Range(0.0, 86400.0));
+    app.add_option("--film-quota", options.coordinator.films.quota,
+                   "largest size of the films of jobs that are over, kept so that they can be "
+                   "extended, e.g. 16G; the oldest go first")
+        ->transform(CLI::AsSizeValue(false))
+        ->default_str("16G");
     app.add_option("--tls-cert", tls.cert, "certificate of this server (PEM): all is encrypted")
         ->type_name("FILE");
     app.add_option("--tls-key", tls.key, "its private key (PEM)")->type_name("FILE");

@@ -19,6 +19,7 @@ Runner AddSubmit(CLI::App* app);
 Runner AddWatch(CLI::App* app);
 Runner AddFetch(CLI::App* app);
 Runner AddCancel(CLI::App* app);
+Runner AddExtend(CLI::App* app);
 Runner AddJobs(CLI::App* app);
 Runner AddWorkers(CLI::App* app);
 Runner AddFarm(CLI::App* app);
@@ -37,6 +38,7 @@ constexpr Command kCommands[] = {
     {"watch", "show a job until it is over", AddWatch},
     {"fetch", "get the image of a job", AddFetch},
     {"cancel", "end jobs", AddCancel},
+    {"extend", "add samples to a job that has succeeded", AddExtend},
     {"jobs", "list a server's jobs", AddJobs},
     {"workers", "list a server's workers", AddWorkers},
     {"farm", "run a server and workers on this machine until Ctrl-C", AddFarm},

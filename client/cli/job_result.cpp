@@ -101,6 +101,10 @@ nlohmann::ordered_json JobJson(const v1::Job& job) {
             {"filter", job.spec().filter()},
             {"created", FormatTime(job.create_time())},
             {"ended", FormatTime(job.end_time())},
+            {"held", OrNull(!job.held().empty(), job.held())},
+            {"restarts", job.restarts()},
+            {"save_seconds", job.save_seconds()},
+            {"ledger", LedgerJson(job)},
             {"image_sha256", job.image_sha256()},
             {"image_bytes", job.result_size()}};
 }

@@ -38,7 +38,8 @@ int RunJobs(const JobsOptions& options) {
     for (const auto& job : jobs) {
         const auto share = job.state() == v1::JOB_STATE_SUCCEEDED ? 1 : ShareDone(job);
         const auto& settings = job.spec().settings();
-        rows.push_back({job.name(), StateName(job.state()),
+        rows.push_back({job.name(),
+                        StateName(job.state()) + (job.held().empty() ? "" : " (paused)"),
                         share ? fmt::format("{:.0f}%", 100 * *share) : "-",
                         fmt::format("{}x{}", settings.width(), settings.height()),
                         fmt::format("{:.2f}", MeanSpp(job)), FormatTime(job.create_time()),

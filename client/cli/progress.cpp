@@ -122,6 +122,9 @@ std::string FormatProgress(const v1::Job& job, std::optional<double> rate) {
         const std::string details = Details(job, rate);
         text += details.empty() ? "" : ": " + details;
     }
+    if (!job.held().empty()) {
+        text += ", paused: " + job.held();
+    }
     return text;
 }
 
@@ -133,7 +136,9 @@ std::string FormatBar(const v1::Job& job, std::optional<double> rate, int column
         bar[full] = '>';
     }
     std::string text = fmt::format("[{}] {}", bar, Details(job, rate));
-    if (job.state() != v1::JOB_STATE_RENDERING) {
+    if (!job.held().empty()) {
+        text += ", paused: " + job.held();
+    } else if (job.state() != v1::JOB_STATE_RENDERING) {
         text += std::string(text.ends_with(' ') ? "" : ", ") + StateName(job.state());
     }
     return text.substr(0, static_cast<std::size_t>(std::max(0, columns)));

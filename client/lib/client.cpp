@@ -94,7 +94,8 @@ void Client::Require(const grpc::Status& status) {
 // How long and how often a call that the server may not have got is tried again.
 class Client::Retry {
   public:
-    explicit Retry(Client* client) : client_(client) {}
+    explicit Retry(Client* client, double patience = kPatienceSeconds)
+        : client_(client), patience_(patience) {}
 
     // The call gets on: patience starts anew.
     void Progress() {
@@ -107,7 +108,7 @@ class Client::Retry {
     // one.
     void Wait(const grpc::Status& status) {
         using Seconds = std::chrono::duration<double>;
-        const double patience = client_->reached_ ? kPatienceSeconds : kFirstContactSeconds;
+        const double patience = client_->reached_ ? patience_ : kFirstContactSeconds;
         if (client_->interrupted_ || status.error_code() != grpc::StatusCode::UNAVAILABLE ||
             Seconds(std::chrono::steady_clock::now() - since_).count() >= patience) {
             client_->Throw(status);
@@ -124,9 +125,22 @@ class Client::Retry {
     static constexpr double kFirstBackoff = 0.1;  // seconds
 
     Client* client_;
+    const double patience_;
     std::chrono::steady_clock::time_point since_ = std::chrono::steady_clock::now();
     double backoff_ = kFirstBackoff;
 };
+
+void Client::Insist(const std::function<grpc::Status(grpc::ClientContext*)>& call) {
+    for (Retry retry(this);;) {
+        CallContext context(this, kUnarySeconds);
+        const grpc::Status status = call(context.get());
+        if (status.ok()) {
+            reached_ = true;
+            return;
+        }
+        retry.Wait(status);
+    }
+}
 
 void Client::UploadScene(const LocalScene& scene,
                          const std::function<void(std::uint64_t, std::uint64_t)>& progress) {
@@ -139,10 +153,9 @@ void Client::UploadScene(const LocalScene& scene,
         }
     }
     v1::FindMissingBlobsResponse missing;
-    {
-        CallContext context(this, kUnarySeconds);
-        Require(blobs_->FindMissingBlobs(context.get(), request, &missing));
-    }
+    Insist([&](grpc::ClientContext* context) {
+        return blobs_->FindMissingBlobs(context, request, &missing);
+    });
     std::uint64_t due = 0, done = 0;
     for (const auto& blob : missing.missing()) {
         due += entries.at(blob.sha256())->size - blob.offset();
@@ -249,8 +262,8 @@ v1::Job Client::Get(const std::string& name) {
     v1::GetJobRequest request;
     request.set_name(JobName(name));
     v1::GetJobResponse response;
-    CallContext context(this, kUnarySeconds);
-    Require(jobs_->GetJob(context.get(), request, &response));
+    Insist(
+        [&](grpc::ClientContext* context) { return jobs_->GetJob(context, request, &response); });
     return response.job();
 }
 
@@ -260,6 +273,16 @@ v1::Job Client::Cancel(const std::string& name) {
     v1::CancelJobResponse response;
     CallContext context(this, kUnarySeconds);
     Require(jobs_->CancelJob(context.get(), request, &response));
+    return response.job();
+}
+
+v1::Job Client::Extend(const std::string& name, double spp) {
+    v1::ExtendJobRequest request;
+    request.set_name(JobName(name));
+    request.set_spp(spp);
+    v1::ExtendJobResponse response;
+    CallContext context(this, kUnarySeconds);
+    Require(jobs_->ExtendJob(context.get(), request, &response));
     return response.job();
 }
 
@@ -289,7 +312,7 @@ v1::Job Client::Watch(const std::string& name,
     v1::WatchJobRequest request;
     request.set_name(JobName(name));
     v1::Job job;
-    for (Retry retry(this);;) {
+    for (Retry retry(this, kWatchPatienceSeconds);;) {
         CallContext context(this, 0);
         const auto reader = jobs_->WatchJob(context.get(), request);
         v1::WatchJobResponse response;

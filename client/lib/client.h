@@ -45,13 +45,15 @@ class Client {
 
     v1::Job Get(const std::string& name);
     v1::Job Cancel(const std::string& name);
+    // Makes a job that has succeeded go on to `spp` samples a pixel.
+    v1::Job Extend(const std::string& name, double spp);
     // Newest first, at most `limit`.
     std::vector<v1::Job> List(std::size_t limit);
     std::vector<v1::Worker> Workers();
 
     // Calls `on_event` for each event until the job is over; answers with the job. A broken
     // connection is taken up again at the next event; a server that stays away for
-    // kPatienceSeconds is an error.
+    // kWatchPatienceSeconds is an error.
     v1::Job Watch(const std::string& name, const std::function<void(const v1::Job&)>& on_event);
 
     // Appends the job's result to `file`, going on where a broken connection left off; checks its
@@ -65,6 +67,7 @@ class Client {
     const std::string& server() const { return server_.address; }
 
     static constexpr double kPatienceSeconds = 30;
+    static constexpr double kWatchPatienceSeconds = 600;  // it may be restarted meanwhile
     // For a server that has not answered once: the address is wrong, or nothing runs there.
     static constexpr double kFirstContactSeconds = 4;
 
@@ -74,6 +77,8 @@ class Client {
     [[noreturn]] void Throw(const grpc::Status& status) const;
     // Throws unless the call went well.
     void Require(const grpc::Status& status);
+    // A call that may be made twice, tried again while the server is away.
+    void Insist(const std::function<grpc::Status(grpc::ClientContext*)>& call);
     void UploadBlob(const std::string& sha256, std::uint64_t size, std::uint64_t offset,
                     const std::string& path, const std::function<void(std::uint64_t)>& progress);
 

@@ -34,6 +34,9 @@ LocalFarm::LocalFarm(const FarmOptions& options) : keeps_data_(!options.data.emp
 
     std::vector<std::string> arguments{"--listen",  options.listen, "--data", data,
                                        with_parent, "--log-level",  level};
+    if (!keeps_data_) {
+        arguments.insert(arguments.end(), {"--save-every", "0"});
+    }
     if (options.insecure) {
         arguments.push_back("--insecure");
     }

@@ -83,7 +83,8 @@ Json PassesJson(const v1::Job& job) {
              {"image_relmse", OrNull(pass.has_image_relmse(), pass.image_relmse())},
              {"relmse_predicted", OrNull(pass.has_relmse_predicted(), pass.relmse_predicted())},
              {"seconds", pass.seconds()},
-             {"plan_seconds", pass.plan_seconds()}});
+             {"plan_seconds", pass.plan_seconds()},
+             {"ranges", pass.ranges()}});
     }
     return passes;
 }
@@ -187,6 +188,18 @@ double MeanSpp(const v1::Job& job) {
     return pixels > 0 ? static_cast<double>(job.samples_done()) / pixels : 0;
 }
 
+Json LedgerJson(const v1::Job& job) {
+    if (!job.has_ledger()) {
+        return nullptr;
+    }
+    const v1::LedgerAudit& audit = job.ledger();
+    return {{"ranges", audit.ranges()},
+            {"samples", audit.samples()},
+            {"film_samples", audit.film_samples()},
+            {"clean", audit.problem().empty()},
+            {"problem", OrNull(!audit.problem().empty(), audit.problem())}};
+}
+
 Json MakeReport(const v1::Job& job, const ReportFacts& facts) {
     const double wait = std::max(0.0, facts.job - job.render_seconds() - job.filter().seconds());
     return {
@@ -214,6 +227,8 @@ Json MakeReport(const v1::Job& job, const ReportFacts& facts) {
          {{"issued", job.leases_issued()},
           {"reissued", job.leases_reissued()},
           {"duplicate", job.results_duplicate()}}},
+        {"ledger", LedgerJson(job)},
+        {"restarts", job.restarts()},
         {"seconds",
          {{"check", facts.check},
           {"start", facts.start},
@@ -223,6 +238,7 @@ Json MakeReport(const v1::Job& job, const ReportFacts& facts) {
           {"planning", job.plan_seconds()},
           {"planning_filter", job.plan_filter_seconds()},
           {"merging", job.merge_seconds()},
+          {"saving", job.save_seconds()},
           {"filter", job.filter().seconds()},
           {"fetch", facts.fetch},
           {"total", facts.total}}},

@@ -25,6 +25,9 @@ struct ReportFacts {
     std::optional<double> time_limit;  // of the whole command
 };
 
+// Whether each sample is counted once, as the server's audit says; null before it.
+nlohmann::ordered_json LedgerJson(const v1::Job& job);
+
 // The report of a job that is over: docs/report.md says what each field means.
 nlohmann::ordered_json MakeReport(const v1::Job& job, const ReportFacts& facts);
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 
+#include "core/base/byte_stream.h"
 #include "core/base/error.h"
 #include "core/film/merge_moments.h"
 #include "core/image/metrics.h"
@@ -114,6 +115,68 @@ void Film::MergeSamples(const TileResult& result) {
         samples_->Append(IndexOf(result, k), left.first(count));
         left = left.subspan(count);
     }
+}
+
+template <typename F>
+void Film::ForEachRow(const TileRect& rect, F&& body) const {
+    for (int y = rect.y0; y < rect.y1; ++y) {
+        body(static_cast<std::size_t>(y - window_.y0) * static_cast<std::size_t>(width()) +
+                 static_cast<std::size_t>(rect.x0 - window_.x0),
+             static_cast<std::size_t>(rect.width()));
+    }
+}
+
+std::string Film::SaveTile(const TileRect& rect) const {
+    ByteWriter out;
+    std::vector<float> planes;
+    planes.reserve(rect.area() * kFilmChannelCount);
+    for (int c = 0; c < kFilmChannelCount; ++c) {
+        const std::span<const float> plane = Plane(c);
+        ForEachRow(rect, [&](std::size_t begin, std::size_t count) {
+            const auto row = plane.subspan(begin, count);
+            planes.insert(planes.end(), row.begin(), row.end());
+        });
+    }
+    out.PutAll(planes);
+    out.Put<std::uint8_t>(samples_ ? 1 : 0);
+    if (samples_) {
+        ForEachRow(rect, [&](std::size_t begin, std::size_t count) {
+            for (std::size_t i = begin; i < begin + count; ++i) {
+                const auto records = samples_->Of(i);
+                out.PutAll(std::vector<SampleRecord>(records.begin(), records.end()));
+            }
+        });
+    }
+    return out.Take();
+}
+
+void Film::LoadTile(const TileRect& rect, std::string_view bytes) {
+    ByteReader in(bytes);
+    const auto planes = in.GetAll<float>();
+    if (planes.size() != rect.area() * kFilmChannelCount) {
+        throw Error(ErrorCode::kDataLoss,
+                    fmt::format("saved tile has {} values, {} are due", planes.size(),
+                                rect.area() * kFilmChannelCount));
+    }
+    auto from = planes.begin();
+    for (std::size_t c = 0; c < kFilmChannelCount; ++c) {
+        float* plane = data_.data() + c * pixel_count();
+        ForEachRow(rect, [&](std::size_t begin, std::size_t count) {
+            std::copy_n(from, count, plane + begin);
+            from += static_cast<std::ptrdiff_t>(count);
+        });
+    }
+    if (in.Get<std::uint8_t>() != 0) {
+        if (!samples_) {
+            samples_ = std::make_shared<SampleRecords>(pixel_count());
+        }
+        ForEachRow(rect, [&](std::size_t begin, std::size_t count) {
+            for (std::size_t i = begin; i < begin + count; ++i) {
+                samples_->Append(i, in.GetAll<SampleRecord>());
+            }
+        });
+    }
+    in.End();
 }
 
 std::uint32_t Film::NextIndex(std::size_t i) const {

@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/film/aov.h"
@@ -36,6 +38,12 @@ class Film {
     // the window or its sizes disagree; the film is unchanged then.
     void Merge(const TileResult& result);
 
+    // All that there is of the pixels of `rect`, which lies in the window, as it lies in memory.
+    std::string SaveTile(const TileRect& rect) const;
+    // Puts back what SaveTile told of the same pixels, into a film that has no samples there.
+    // Throws kDataLoss if the sizes disagree.
+    void LoadTile(const TileRect& rect, std::string_view bytes);
+
     // The samples themselves, if the results merged so far had them; else null. It grows with the
     // film.
     std::shared_ptr<const SampleRecords> samples() const { return samples_; }
@@ -64,6 +72,9 @@ class Film {
     // Of pixel k of a result, in the window.
     std::size_t IndexOf(const TileResult& result, std::size_t k) const;
     void MergeSamples(const TileResult& result);
+    // body(index of the first pixel, pixels) for each row of `rect`.
+    template <typename F>
+    void ForEachRow(const TileRect& rect, F&& body) const;
 
     TileRect window_;
     int display_width_, display_height_;

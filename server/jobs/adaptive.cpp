@@ -16,6 +16,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "core/base/byte_stream.h"
 #include "core/base/param_set.h"
 #include "server/jobs/guide_rule.h"
 #include "server/jobs/neyman.h"
@@ -74,6 +75,17 @@ class Adaptive final : public Planner {
             plan.reason = "no pixel has any noise";
         }
         return plan;
+    }
+
+    std::string Save() const override {
+        ByteWriter out;
+        out.Put(pass_);
+        return out.Take();
+    }
+    void Restore(std::string_view bytes) override {
+        ByteReader in(bytes);
+        pass_ = in.Get<std::uint32_t>();
+        in.End();
     }
 
   private:

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <utility>
 
+#include "core/base/byte_stream.h"
 #include "core/base/error.h"
 #include "server/jobs/spread.h"
 
@@ -40,6 +41,31 @@ FilmView BudgetedPlanner::View() const {
     const FilmView view = planner_->View();
     const bool looks = budgets_.target || budgets_.seconds;
     return view == FilmView::kNothing && looks ? FilmView::kLagging : view;
+}
+
+std::string BudgetedPlanner::Save() const {
+    ByteWriter out;
+    out.PutText(planner_->Save());
+    out.PutText(estimators_.save ? estimators_.save() : std::string());
+    out.PutAll(errors_);
+    out.PutOptional(finish_seconds_);
+    out.PutOptional(plan_seconds_);
+    out.PutAll(rest_);
+    return out.Take();
+}
+
+void BudgetedPlanner::Restore(std::string_view bytes) {
+    ByteReader in(bytes);
+    planner_->Restore(in.GetText());
+    const std::string_view estimator = in.GetText();
+    if (estimators_.restore) {
+        estimators_.restore(estimator);
+    }
+    errors_ = in.GetAll<ErrorPoint>();
+    finish_seconds_ = in.GetOptional<double>();
+    plan_seconds_ = in.GetOptional<double>();
+    rest_ = in.GetAll<std::uint32_t>();
+    in.End();
 }
 
 // The film may lack some of what is planned. Of a pixel that has n of m samples the variance will

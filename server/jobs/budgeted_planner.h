@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/film/film.h"
@@ -22,6 +23,9 @@ struct Estimators {
     // Seconds that the film will need to become a result. Unset: none.
     std::function<double(const Film&)> finish_seconds;
     bool filtered = false;  // the image is
+    // What `error` keeps from film to film, as in Planner. Unset: nothing.
+    std::function<std::string()> save;
+    std::function<void(std::string_view)> restore;
 };
 
 // A planner's passes within budgets: each is cut to what samples, target and time allow and to what
@@ -58,6 +62,10 @@ class BudgetedPlanner {
     // time limit it comes in two: a pair a pixel, by which the speed is measured, and the rest as
     // far as it fits.
     Pass NextPass(const Input& input);
+
+    // As in Planner, with what the planner and the estimators keep. The budgets may be others.
+    std::string Save() const;
+    void Restore(std::string_view bytes);
 
   private:
     double ErrorWhenAllIsIn(const Input& input) const;

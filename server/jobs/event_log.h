@@ -7,10 +7,11 @@
 
 namespace relume::jobs {
 
-// The latest events of one job, numbered from 1.
+// The latest events of one job, numbered from `last` + 1.
 class EventLog {
   public:
-    explicit EventLog(std::size_t capacity) : capacity_(capacity) {}
+    explicit EventLog(std::size_t capacity, std::uint64_t last = 0)
+        : capacity_(capacity), last_(last) {}
 
     void Append(const JobInfo& job);
     // The first kept event with a number of at least `from`.
@@ -21,7 +22,7 @@ class EventLog {
 
   private:
     std::size_t capacity_;
-    std::uint64_t last_ = 0;
+    std::uint64_t last_;
     std::deque<JobEvent> events_;
 };
 

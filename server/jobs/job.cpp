@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <tuple>
 #include <utility>
 
 #include "core/base/check.h"
+#include "core/base/error.h"
 
 namespace relume::jobs {
 namespace {
@@ -19,6 +21,25 @@ constexpr std::size_t kMaxOpenPasses = 3;
 
 constexpr std::size_t kMergesAtOnce = 16;  // tiles of a backlog, with each result
 
+// Adds an answer to what the job knows, or takes it out again.
+void Count(const std::string& worker, std::uint64_t samples, const TileResult& result, int sign,
+           JobInfo* info) {
+    const auto add = [sign](std::uint64_t count, std::uint64_t* sum) {
+        *sum += sign > 0 ? count : -count;
+    };
+    add(samples, &info->samples_done);
+    add(result.rays, &info->rays);
+    for (std::size_t k = 0; k < result.pixels.size(); ++k) {
+        add(static_cast<std::uint64_t>(result.planes[kBadCount * result.pixels.size() + k]),
+            &info->bad_samples);
+    }
+    WorkerShare& share = info->workers[worker];
+    add(samples, &share.samples);
+    add(1, &share.leases);
+    share.busy_seconds += sign * result.seconds;
+    info->busy_seconds += sign * result.seconds;
+}
+
 }  // namespace
 
 Job::Job(const std::string& name, std::uint64_t number, JobSetup setup, TimePoint now)
@@ -30,6 +51,177 @@ Job::Job(const std::string& name, std::uint64_t number, JobSetup setup, TimePoin
     planner_ = std::make_shared<BudgetedPlanner>(std::move(setup_.planner), setup_.budgets,
                                                  setup_.estimators);
     Publish(now);
+}
+
+Job::Job(SavedJob saved, JobSetup setup, TimePoint now)
+    : setup_(std::move(setup)),
+      info_(std::move(saved.info)),
+      events_(kEventsKept, saved.last_event) {
+    info_.samples_budget = setup_.budgets.samples;
+    info_.held.clear();
+    info_.eta.reset();
+    if (IsOver(info_.state)) {
+        Release();
+        Publish(now);
+        return;
+    }
+    ++info_.restarts;
+    planner_ = std::make_shared<BudgetedPlanner>(std::move(setup_.planner), setup_.budgets,
+                                                 setup_.estimators);
+    if (saved.checkpoint) {
+        Restore(std::move(*saved.checkpoint), std::move(saved.film));
+        Proceed(now);
+    } else {
+        JobInfo fresh;
+        fresh.name = info_.name;
+        fresh.number = info_.number;
+        fresh.samples_budget = info_.samples_budget;
+        fresh.created = info_.created;
+        fresh.down = info_.down;
+        fresh.restarts = info_.restarts;
+        info_ = std::move(fresh);
+    }
+    Publish(now);
+}
+
+void Job::Extend(Checkpoint checkpoint, std::shared_ptr<Film> film, JobSetup setup, TimePoint now) {
+    const auto before = std::make_tuple(info_, planner_, setup_);
+    setup_ = std::move(setup);
+    planner_ = std::make_shared<BudgetedPlanner>(std::move(setup_.planner), setup_.budgets,
+                                                 setup_.estimators);
+    checkpoint.stop.reset();
+    try {
+        Restore(std::move(checkpoint), std::move(film));
+    } catch (...) {
+        std::tie(info_, planner_, setup_) = before;
+        Release();
+        throw;
+    }
+    const Duration idle = now - info_.ended.value_or(now);
+    info_.created += idle;
+    info_.down += idle;
+    info_.samples_budget = setup_.budgets.samples;
+    info_.ended.reset();
+    info_.outcome.reset();
+    info_.audit.reset();
+    info_.stop.reset();
+    info_.message.clear();
+    info_.predicted.reset();
+    info_.state = JobState::kRendering;
+    Proceed(now);
+    Publish(now);
+}
+
+Checkpoint Job::MakeCheckpoint() const {
+    Checkpoint c;
+    c.info = info_;
+    c.window = setup_.window;
+    c.display_width = setup_.display_width;
+    c.display_height = setup_.display_height;
+    c.tile_size = setup_.tile_size;
+    c.passes_planned = passes_planned_;
+    c.units_planned = units_planned_;
+    c.samples_planned = samples_planned_;
+    c.stop = stop_;
+    c.errors = errors_;
+    c.tile_error = tile_error_;
+    c.planner = planner_->Save();
+    c.planned = planned_;
+    c.selector = selector_;
+    c.decisions = decisions_;
+    for (const OpenPass& open : open_) {
+        OpenPassState& state = c.open.emplace_back();
+        state.plan = open.pass->plan();
+        state.plan_seconds = open.plan_seconds;
+        state.image_relmse = open.image_relmse;
+        state.relmse_predicted = open.relmse_predicted;
+        for (std::size_t tile = 0; tile < open.pass->tile_count(); ++tile) {
+            state.merged.push_back(open.pass->MergedLayers(tile));
+            state.error.push_back(open.pass->TileError(tile));
+        }
+        open.pass->ForEachWaiting([&](const Pass::Waiting& waiting) {
+            Count(waiting.worker, waiting.samples, waiting.result, -1, &c.info);
+        });
+    }
+    return c;
+}
+
+void Job::Restore(Checkpoint c, std::shared_ptr<Film> film) {
+    const auto pixels = setup_.window.area();
+    if (!film || c.window != setup_.window || c.tile_size != setup_.tile_size ||
+        film->window() != setup_.window || c.planned->size() != pixels) {
+        throw Error(ErrorCode::kDataLoss, "a saved film does not fit its job");
+    }
+    planner_->Restore(c.planner);
+    film_ = std::move(film);
+    planned_ = std::move(c.planned);
+    selector_ = std::move(c.selector);
+    decisions_ = std::move(c.decisions);
+    passes_planned_ = c.passes_planned;
+    units_planned_ = c.units_planned;
+    samples_planned_ = c.samples_planned;
+    stop_ = std::move(c.stop);
+    errors_ = std::move(c.errors);
+    tile_error_ = std::move(c.tile_error);
+    std::vector<std::shared_ptr<Pass>> passes;
+    std::size_t units = 0;
+    for (const OpenPassState& state : c.open) {
+        passes.push_back(std::make_shared<Pass>(setup_.window, setup_.tile_size, state.plan));
+        passes.back()->Restore(state.merged, state.error);
+        units += passes.back()->unit_count();
+    }
+    if (units > units_planned_) {
+        throw Error(ErrorCode::kDataLoss, "a saved job has more units than were planned");
+    }
+    units_planned_ -= units;
+    for (std::size_t i = 0; i < passes.size(); ++i) {
+        OpenPass* open = OpenWith(std::move(passes[i]));
+        open->plan_seconds = c.open[i].plan_seconds;
+        open->image_relmse = c.open[i].image_relmse;
+        open->relmse_predicted = c.open[i].relmse_predicted;
+    }
+    info_.state = JobState::kRendering;
+}
+
+void Job::Hold(const std::string& why, TimePoint now) {
+    if (info_.held != why && !IsOver(info_.state)) {
+        info_.held = why;
+        new_work_ = true;
+        Publish(now);
+    }
+}
+
+std::optional<Checkpoint> Job::BeginCopy(FilmCopy::Sink sink) {
+    if (!film_ || planning_ == Planning::kRunning || info_.state != JobState::kRendering || copy_) {
+        return std::nullopt;
+    }
+    copy_.emplace(setup_.window, setup_.tile_size, std::move(sink));
+    return MakeCheckpoint();
+}
+
+bool Job::CopyTiles(std::size_t count) {
+    if (!copy_) {
+        return false;
+    }
+    for (std::size_t n = 0; n < count; ++n) {
+        if (!copy_->TakeNext(*film_)) {
+            copy_.reset();
+            return false;
+        }
+    }
+    return true;
+}
+
+bool Job::MergedUnit(std::size_t unit) const {
+    if (open_.empty() || unit < open_.front().first_unit) {
+        return unit < units_planned_;
+    }
+    return unit < units_planned_ && PassOf(unit).pass->MergedUnit(Local(unit));
+}
+
+bool Job::Awaits(std::size_t unit) const {
+    return !open_.empty() && unit >= open_.front().first_unit && unit < units_planned_ &&
+           !Done(unit);
 }
 
 void Job::Start(TimePoint now) {
@@ -83,8 +275,11 @@ std::uint64_t Job::SamplesAwaited() const {
 
 void Job::AddLease(std::size_t unit, LeaseId lease, TimePoint now) {
     if (!first_lease_) {
-        first_lease_ = pass_start_ = now;
-        info_.wait_seconds = ToSeconds(now - info_.created);
+        first_lease_ = now - FromSeconds(info_.render_seconds);
+        pass_start_ = now;
+        if (!info_.wait_seconds) {
+            info_.wait_seconds = ToSeconds(now - info_.created);
+        }
     }
     Unit& lent = At(unit);
     ++info_.leases_issued;
@@ -107,21 +302,11 @@ int Job::Refuse(std::size_t unit, WorkerId worker) {
 void Job::Accept(std::size_t unit, const std::string& worker, TileResult result, TimePoint now) {
     const OpenPass& open = PassOf(unit);
     const std::uint64_t samples = Samples(unit);
-    info_.samples_done += samples;
     speed_.Add(now, samples);
-    info_.rays += result.rays;
-    for (std::size_t k = 0; k < result.pixels.size(); ++k) {
-        info_.bad_samples +=
-            static_cast<std::uint64_t>(result.planes[kBadCount * result.pixels.size() + k]);
-    }
-    WorkerShare& share = info_.workers[worker];
-    share.samples += samples;
-    share.leases += 1;
-    share.busy_seconds += result.seconds;
-    info_.busy_seconds += result.seconds;
+    Count(worker, samples, result, 1, &info_);
     info_.render_seconds = ToSeconds(now - first_lease_.value_or(now));
     pending_.erase(unit);
-    open.pass->Accept(Local(unit), std::move(result));
+    open.pass->Accept(Local(unit), std::move(result), worker);
     MergeTile(open.pass->TileOf(Local(unit)));
     MergeBacklog();
     Proceed(now);
@@ -131,6 +316,9 @@ void Job::Accept(std::size_t unit, const std::string& worker, TileResult result,
 }
 
 void Job::MergeTile(std::size_t tile) {
+    if (copy_) {
+        copy_->Take(*film_, tile);
+    }
     for (const OpenPass& open : open_) {
         // The newest cover is not for the eyes of the next plan.
         open.pass->Merge(tile, stop_ || &open != &open_.back(), film_.get());
@@ -157,11 +345,14 @@ void Job::Proceed(TimePoint now) {
         planning_ = Planning::kWanted;
         wants_plan_ = true;
     }
-    if (stop_ && open_.empty()) {
+    if (stop_ && open_.empty() && info_.state == JobState::kRendering) {
         info_.state = JobState::kFiltering;
         info_.message = stop_->words;
         info_.stop = stop_->reason;
         sampled_ = now;
+        copy_.reset();
+        info_.audit = Audit();
+        last_ = std::make_shared<const Checkpoint>(MakeCheckpoint());
         planner_.reset();
         Publish(now);
     }
@@ -181,7 +372,7 @@ void Job::EndPass(TimePoint now) {
     info_.passes.push_back({static_cast<std::uint32_t>(info_.passes.size()), pass.total_samples(),
                             pass.active_pixels(), info_.relmse, ToSeconds(now - pass_start_),
                             open_.front().plan_seconds, open_.front().image_relmse,
-                            open_.front().relmse_predicted});
+                            open_.front().relmse_predicted, pass.unit_count()});
     if (planner_->View() == FilmView::kNothing) {
         std::uint64_t samples = 0;
         for (const auto& p : info_.passes) {
@@ -192,6 +383,32 @@ void Job::EndPass(TimePoint now) {
     pass_start_ = now;
     open_.pop_front();
     Publish(now);
+}
+
+LedgerAudit Job::Audit() const {
+    LedgerAudit audit;
+    for (const PassSummary& pass : info_.passes) {
+        audit.ranges += pass.ranges;
+        audit.samples += pass.samples;
+    }
+    std::uint64_t shares = 0, wrong = 0;
+    for (const auto& [name, share] : info_.workers) {
+        shares += share.samples;
+    }
+    for (std::size_t i = 0; i < film_->pixel_count(); ++i) {
+        audit.film_samples += film_->NextIndex(i);
+        wrong += film_->NextIndex(i) != (*planned_)[i] ? 1 : 0;
+    }
+    if (wrong > 0) {
+        audit.problem = fmt::format("{} pixels hold other samples than were planned", wrong);
+    } else if (audit.ranges != units_planned_ || audit.samples != audit.film_samples ||
+               audit.samples != info_.samples_done || audit.samples != shares) {
+        audit.problem = fmt::format(
+            "{} of {} ranges; {} samples planned, {} taken in, {} of workers, {} in the film",
+            audit.ranges, units_planned_, audit.samples, info_.samples_done, shares,
+            audit.film_samples);
+    }
+    return audit;
 }
 
 bool Job::MayPlan() const {
@@ -250,10 +467,10 @@ void Job::Planned(PlanResult result, TimePoint now) {
         std::max(info_.finish_seconds_predicted, result.finish_seconds);
     NoteError(result);
     if (!result.selector.empty()) {
-        selector_ = std::move(result.selector);
+        selector_ = std::make_shared<const std::vector<float>>(std::move(result.selector));
     }
     if (!result.decisions.empty()) {
-        decisions_ = std::move(result.decisions);
+        decisions_ = std::make_shared<const std::vector<Decision>>(std::move(result.decisions));
     }
     if (result.pass) {
         Open(&result);
@@ -340,20 +557,28 @@ void Job::Expect(TimePoint now) {
     }
 }
 
-void Job::Open(PlanResult* result) {
+// A pass whose units follow on all before it.
+Job::OpenPass* Job::OpenWith(std::shared_ptr<Pass> pass) {
     OpenPass& open = open_.emplace_back();
-    open.pass = std::move(result->pass);
+    open.pass = std::move(pass);
     open.first_unit = units_planned_;
     open.units.resize(open.pass->unit_count());
-    open.plan_seconds = result->seconds;
+    units_planned_ = open.end();
     for (std::size_t unit = open.first_unit; unit < open.end(); ++unit) {
-        pending_.insert(pending_.end(), unit);
+        if (!open.pass->Done(unit - open.first_unit)) {
+            pending_.insert(pending_.end(), unit);
+        }
     }
     new_work_ = true;
+    return &open;
+}
+
+void Job::Open(PlanResult* result) {
+    OpenPass* open = OpenWith(std::move(result->pass));
+    open->plan_seconds = result->seconds;
+    open->relmse_predicted = result->expected_error;
     ++passes_planned_;
-    units_planned_ = open.end();
-    samples_planned_ += open.pass->total_samples();
-    open.relmse_predicted = result->expected_error;
+    samples_planned_ += open->pass->total_samples();
     if (result->last) {
         stop_ = Stop{StopReason::kSamples, kBudgetSpent};
     }
@@ -372,7 +597,7 @@ std::optional<SampledImage> Job::TakeSampled() {
     if (info_.state != JobState::kFiltering || !film_) {
         return std::nullopt;
     }
-    SampledImage sampled{std::move(film_), std::move(selector_), std::move(decisions_)};
+    SampledImage sampled{std::move(film_), std::move(last_)};
     Release();
     return sampled;
 }
@@ -391,6 +616,7 @@ void Job::End(JobState state, const std::string& message, TimePoint now) {
     }
     info_.state = state;
     info_.message = message;
+    info_.held.clear();
     info_.ended = now;
     Release();
     Publish(now);
@@ -400,13 +626,15 @@ void Job::End(JobState state, const std::string& message, TimePoint now) {
 // What takes memory. A plan under way keeps what it needs, and its result is dropped.
 void Job::Release() {
     planning_ = Planning::kNone;
+    copy_.reset();
+    last_.reset();
     film_.reset();
     planned_.reset();
     open_.clear();
     pending_.clear();
     backlog_.clear();
-    selector_ = {};
-    decisions_ = {};
+    selector_ = std::make_shared<std::vector<float>>();
+    decisions_ = std::make_shared<std::vector<Decision>>();
     tile_error_ = {};
     planner_.reset();
     setup_.guide = nullptr;

@@ -10,7 +10,9 @@
 #include <vector>
 
 #include "core/film/film.h"
+#include "server/jobs/checkpoint.h"
 #include "server/jobs/event_log.h"
+#include "server/jobs/film_copy.h"
 #include "server/jobs/job_info.h"
 #include "server/jobs/pass.h"
 #include "server/jobs/plan_work.h"
@@ -34,11 +36,18 @@ struct JobSetup {
     Guide guide;  // of the planner; empty: the image is not filtered
 };
 
-// A job's samples, all of them, and what its planner said last of where they went.
+// A job's samples, all of them, with what its planner said last of where they went.
 struct SampledImage {
     std::shared_ptr<const Film> film;
-    std::vector<float> selector;      // as in Plan
-    std::vector<Decision> decisions;  // as in Plan
+    std::shared_ptr<const Checkpoint> checkpoint;
+};
+
+// What is known of a job from an earlier run of the server.
+struct SavedJob {
+    JobInfo info;
+    std::uint64_t last_event = 0;          // none had a higher number
+    std::optional<Checkpoint> checkpoint;  // unset: it starts anew, or is over
+    std::shared_ptr<Film> film;            // of the checkpoint
 };
 
 // One job: its film, the passes that are planned and not wholly in it, and which of their units are
@@ -51,6 +60,12 @@ struct SampledImage {
 class Job {
   public:
     Job(const std::string& name, std::uint64_t number, JobSetup setup, TimePoint now);
+    // One that goes on, or is over. Of one without a checkpoint that is not, only the time that it
+    // has used is kept. Throws kDataLoss if the parts of the checkpoint do not fit.
+    Job(SavedJob saved, JobSetup setup, TimePoint now);
+    // Makes a job that has succeeded go on from its last checkpoint, within the setup's budgets.
+    // Throws as above, and leaves the job as it was.
+    void Extend(Checkpoint checkpoint, std::shared_ptr<Film> film, JobSetup setup, TimePoint now);
 
     const JobInfo& info() const { return info_; }
     const EventLog& events() const { return events_; }
@@ -114,10 +129,25 @@ class Job {
     bool TakeNewWork() { return std::exchange(new_work_, false); }
 
     void CountDuplicate() { ++info_.results_duplicate; }
+    void CountSave(double seconds) { info_.save_seconds += seconds; }
     void CountMergeSeconds(double seconds) { info_.merge_seconds += seconds; }
     void SetNumericClass(const std::string& numeric_class) { info_.numeric_class = numeric_class; }
     // Kept once each.
     void AddNote(const std::string& note, TimePoint now);
+
+    // Why the job makes no progress for now, "" if it does. Leases are not given out meanwhile.
+    void Hold(const std::string& why, TimePoint now);
+
+    // Begins a copy of the film as of now, and answers with what belongs to it. Nothing if there is
+    // no film, a plan is being made, or another copy is under way.
+    std::optional<Checkpoint> BeginCopy(FilmCopy::Sink sink);
+    // Hands on more tiles, at most `count`; false if there is no copy, or no more of it.
+    bool CopyTiles(std::size_t count);
+    void DropCopy() { copy_.reset(); }
+    // The unit is in the film, in that of the last BeginCopy if it is called right after.
+    bool MergedUnit(std::size_t unit) const;
+    // A unit that was planned and has no answer yet.
+    bool Awaits(std::size_t unit) const;
 
     // What a job that has come to FILTERING has sampled, once.
     std::optional<SampledImage> TakeSampled();
@@ -151,12 +181,16 @@ class Job {
     Unit& At(std::size_t unit) { return const_cast<Unit&>(std::as_const(*this).At(unit)); }
     bool Done(std::size_t unit) const { return PassOf(unit).pass->Done(Local(unit)); }
 
+    Checkpoint MakeCheckpoint() const;
+    void Restore(Checkpoint checkpoint, std::shared_ptr<Film> film);
+    OpenPass* OpenWith(std::shared_ptr<Pass> pass);
     void Open(PlanResult* result);
     void MergeTile(std::size_t tile);
     void MergeBacklog();
     // Ends passes that are merged, asks for a plan, comes to FILTERING: whatever has its turn.
     void Proceed(TimePoint now);
     void EndPass(TimePoint now);
+    LedgerAudit Audit() const;
     bool MayPlan() const;
     void NoteError(const PlanResult& result);
     ForecastInput Prospects(TimePoint now) const;
@@ -186,11 +220,14 @@ class Job {
         errors_;  // as planned by, or of passes that ended where plans don't tell
     SpeedMeter speed_;
     std::optional<TimePoint> sampled_;  // when the last sample was in
-    std::vector<float> selector_;
-    std::vector<Decision> decisions_;
+    std::shared_ptr<const std::vector<float>> selector_ = std::make_shared<std::vector<float>>();
+    std::shared_ptr<const std::vector<Decision>> decisions_ =
+        std::make_shared<std::vector<Decision>>();
+    std::shared_ptr<const Checkpoint> last_;  // when all samples are in
+    std::optional<FilmCopy> copy_;
     std::vector<std::size_t> backlog_;  // tiles whose results waited for the plan
     std::vector<double> tile_error_;    // sums of EstimateRelMSE, after the last pass that ended
-    std::optional<TimePoint> first_lease_;
+    std::optional<TimePoint> first_lease_;  // less the time rendered before a restart
     TimePoint pass_start_;
     bool new_work_ = false, wants_plan_ = false;
 };

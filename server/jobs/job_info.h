@@ -30,6 +30,15 @@ struct PassSummary {
     // Of the image that is returned: estimated when the next pass was planned, and what that was
     // expected to be when this one was.
     std::optional<double> image_relmse, relmse_predicted;
+    std::uint64_t ranges = 0;  // units of tile and layer, each merged once
+};
+
+// Whether every sample that a job asked for is in its film once: what the passes planned against
+// what was taken in and what the film's pixels count.
+struct LedgerAudit {
+    std::uint64_t ranges = 0, samples = 0;  // of all passes
+    std::uint64_t film_samples = 0;         // bad ones included
+    std::string problem;                    // "": clean
 };
 
 struct WorkerShare {
@@ -79,14 +88,19 @@ struct JobInfo {
     std::optional<Outcome> outcome;              // once succeeded
     std::map<std::string, WorkerShare> workers;  // by name
     std::uint64_t leases_issued = 0, leases_reissued = 0, results_duplicate = 0;
-    TimePoint created;
+    TimePoint created;  // later than it really was by `down`
     std::optional<TimePoint> ended;
+    Duration down{};   // time that does not count: the server was not there, or the job was over
+    std::string held;  // why nothing goes on for now; "": it does
+    std::optional<LedgerAudit> audit;    // once all samples are in
+    std::uint32_t restarts = 0;          // of the server, while it was under way
     std::optional<double> wait_seconds;  // from its making to its first lease
     double busy_seconds = 0;             // thread time of all workers
     double render_seconds = 0;           // first lease to last result
     double plan_seconds = 0;             // of all plans
     double plan_filter_seconds = 0;  // of these, in the filter: guides and estimates of the error
     double merge_seconds = 0;        // to read, check and merge all results
+    double save_seconds = 0;         // thread time of the server, to save the film
     std::vector<std::string> notes;
     std::optional<StopReason> stop;
     std::optional<double> image_relmse;   // of the last plan

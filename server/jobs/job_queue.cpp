@@ -42,13 +42,70 @@ void JobQueue::AddJob(const std::string& name, JobSetup setup, TimePoint now) {
     const std::uint64_t number = ++last_number_;
     auto job = std::make_unique<Job>(name, number, std::move(setup), now);
     by_number_[number] = job.get();
-    active_[number] = job.get();
+    active_[number] = not_over_[number] = job.get();
     if (!jobs_.emplace(name, std::move(job)).second) {
         by_number_.erase(number);
         active_.erase(number);
+        not_over_.erase(number);
         throw Error(ErrorCode::kAlreadyExists, fmt::format("job '{}' is there already", name));
     }
     news_ = true;
+}
+
+void JobQueue::RestoreJob(SavedJob saved, JobSetup setup, TimePoint now) {
+    const std::string name = saved.info.name;
+    const std::uint64_t number = saved.info.number;
+    auto job = std::make_unique<Job>(std::move(saved), std::move(setup), now);
+    by_number_[number] = job.get();
+    if (!IsOver(job->info().state)) {
+        active_[number] = not_over_[number] = job.get();
+    }
+    last_number_ = std::max(last_number_, number);
+    Job* made = job.get();
+    jobs_[name] = std::move(job);
+    NoteStateOf(made);
+    news_ = true;
+}
+
+void JobQueue::Extend(const std::string& name, Checkpoint checkpoint, std::shared_ptr<Film> film,
+                      JobSetup setup, TimePoint now) {
+    Job& job = Find(name);
+    if (job.info().state != JobState::kSucceeded) {
+        throw Error(ErrorCode::kFailedPrecondition,
+                    fmt::format("{} has not succeeded; only such a job can be extended", name));
+    }
+    job.Extend(std::move(checkpoint), std::move(film), std::move(setup), now);
+    active_[job.info().number] = not_over_[job.info().number] = &job;
+    NoteStateOf(&job);
+    news_ = true;
+}
+
+void JobQueue::Hold(const std::string& name, const std::string& why, TimePoint now) {
+    Job& job = Find(name);
+    job.Hold(why, now);
+    NoteStateOf(&job);
+}
+
+std::vector<std::string> JobQueue::TakeOver() {
+    std::vector<std::string> over;
+    std::erase_if(not_over_, [&](const auto& entry) {
+        if (!IsOver(entry.second->info().state)) {
+            return false;
+        }
+        over.push_back(entry.second->info().name);
+        return true;
+    });
+    return over;
+}
+
+std::vector<std::string> JobQueue::Rendering() const {
+    std::vector<std::string> names;
+    for (const auto& [number, job] : active_) {
+        if (job->info().state == JobState::kRendering) {
+            names.push_back(job->info().name);
+        }
+    }
+    return names;
 }
 
 std::vector<const JobInfo*> JobQueue::List(std::uint64_t before, std::size_t limit) const {
@@ -84,6 +141,7 @@ std::vector<std::string> JobQueue::ForgetOverJobs(std::size_t keep) {
         const std::string name = it->second->info().name;
         forgotten_.Add(it->second->info());
         active_.erase(it->first);
+        not_over_.erase(it->first);
         it = by_number_.erase(it);
         for (auto& [id, worker] : workers_) {
             worker.jobs.erase(name);
@@ -142,8 +200,9 @@ std::optional<JobQueue::FilterWork> JobQueue::TakeFilterWork() {
             continue;
         }
         if (auto sampled = it->second->TakeSampled()) {
-            return FilterWork{name, std::move(sampled->film), std::move(sampled->selector),
-                              std::move(sampled->decisions)};
+            const Checkpoint& checkpoint = *sampled->checkpoint;
+            return FilterWork{name, std::move(sampled->film), *checkpoint.selector,
+                              *checkpoint.decisions, std::move(sampled->checkpoint)};
         }
     }
     return std::nullopt;

@@ -23,6 +23,7 @@ struct LeaseGrant {
     std::string job;
     TileTask task;
     double deadline_seconds = 0;  // from now
+    std::uint64_t unit = 0;       // of the job
 };
 
 enum class ResultVerdict {
@@ -42,12 +43,36 @@ class JobQueue {
   public:
     // --- Jobs. An unknown name throws kNotFound.
     void AddJob(const std::string& name, JobSetup setup, TimePoint now);
+    // One of an earlier run of the server; its number is in its info.
+    void RestoreJob(SavedJob saved, JobSetup setup, TimePoint now);
+    // As Job::Extend. kFailedPrecondition unless the job has succeeded.
+    void Extend(const std::string& name, Checkpoint checkpoint, std::shared_ptr<Film> film,
+                JobSetup setup, TimePoint now);
+    void Hold(const std::string& name, const std::string& why, TimePoint now);
+    // As Job::BeginCopy and CopyTiles.
+    std::optional<Checkpoint> BeginCopy(const std::string& name, FilmCopy::Sink sink) {
+        return Find(name).BeginCopy(std::move(sink));
+    }
+    bool CopyTiles(const std::string& name, std::size_t count) {
+        return Find(name).CopyTiles(count);
+    }
+    void DropCopy(const std::string& name) { Find(name).DropCopy(); }
+    bool MergedUnit(const std::string& name, std::size_t unit) const {
+        return Find(name).MergedUnit(unit);
+    }
     const JobInfo& Get(const std::string& name) const { return Find(name).info(); }
     // False for one that is unknown or has all its samples.
     bool NeedsWorkers(const std::string& name) const {
         const auto it = jobs_.find(name);
         return it != jobs_.end() && it->second->active();
     }
+    bool Knows(const std::string& name) const { return jobs_.count(name) != 0; }
+    // Names of those that are rendering, oldest first.
+    std::vector<std::string> Rendering() const;
+    // Those that came to be over since the last call.
+    std::vector<std::string> TakeOver();
+    // Adds to the job's save_seconds.
+    void CountSave(const std::string& name, double seconds) { Find(name).CountSave(seconds); }
     // Newest first: those with a number below `before` (0: all), at most `limit`.
     std::vector<const JobInfo*> List(std::uint64_t before, std::size_t limit) const;
     void Cancel(const std::string& name, TimePoint now);
@@ -70,6 +95,7 @@ class JobQueue {
         std::shared_ptr<const Film> film;
         std::vector<float> selector;      // of the last plan, as in Plan
         std::vector<Decision> decisions;  // as in Plan
+        std::shared_ptr<const Checkpoint> checkpoint;
     };
     std::optional<FilterWork> TakeFilterWork();
     // Ignored if the job was cancelled in between.
@@ -94,6 +120,7 @@ class JobQueue {
                  bool transient, TimePoint now);
     std::vector<WorkerInfo> Workers(TimePoint now) const;
     std::vector<WorkerId> WorkerIds() const;
+    bool KnowsWorker(WorkerId worker) const { return workers_.count(worker) != 0; }
 
     // --- Leases.
     // The next lease for a worker with credits to spare.
@@ -103,6 +130,11 @@ class JobQueue {
     const TileTask* TaskOf(LeaseId lease) const;
     ResultVerdict AddResult(WorkerId worker, LeaseId lease, const std::string& job,
                             TileResult result, TimePoint now);
+    // The task of a unit of a job that still waits for its answer, whoever has it on loan.
+    std::optional<TileTask> TaskOfUnit(const std::string& job, std::uint64_t unit) const;
+    // The answer to such a unit by a worker whose lease on it is gone: it counts like any other.
+    ResultVerdict AddLateResult(WorkerId worker, const std::string& job, std::uint64_t unit,
+                                TileResult result, TimePoint now);
     // Adds to the job's merge_seconds, while it is known.
     void CountMergeSeconds(const std::string& job, double seconds);
     // The answer could not even be read.
@@ -181,6 +213,8 @@ class JobQueue {
     void RevokeJob(const std::string& job);
     bool HasLeases(const std::string& job) const;
     void ExcuseAbsence(TimePoint now);
+    void TakeResult(WorkerId worker, Job* job, std::size_t unit, LeaseId own, TileResult result,
+                    TimePoint now);
     ResultVerdict Wrong(Leases::iterator lease, const std::string& reason, TimePoint now);
     void NoteStateOf(Job* job);
 
@@ -188,6 +222,7 @@ class JobQueue {
     std::map<std::uint64_t, Job*> by_number_;  // in order of creation
     std::map<std::uint64_t, Job*>
         active_;  // of those, all that may have work, and some that have not
+    std::map<std::uint64_t, Job*> not_over_;  // and those that TakeOver has not told of
     std::deque<std::string> to_plan_, to_filter_;
     JobTotals forgotten_;  // of jobs that are
     std::uint64_t results_wrong_ = 0;

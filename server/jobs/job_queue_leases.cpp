@@ -20,6 +20,9 @@ constexpr double kMaxTickGap = 5;     // seconds; a longer one is the server's o
 }  // namespace
 
 bool JobQueue::MayWorkOn(const Worker& worker, Job* job, TimePoint now) {
+    if (!job->info().held.empty()) {
+        return false;
+    }
     const std::string& needed = job->info().numeric_class;
     if (!needed.empty() && needed != worker.info.numeric_class) {
         job->AddNote(fmt::format("worker {} ({}) gets no leases: the job runs on {}",
@@ -187,7 +190,7 @@ LeaseGrant JobQueue::Issue(WorkerId id, Job* job, std::size_t unit, TimePoint no
     job->AddLease(unit, lease_id, now);
     worker.leases.insert(lease_id);
     worker.samples_out += lease.samples;
-    LeaseGrant grant{lease_id, name, lease.task, ToSeconds(lease.deadline - now)};
+    LeaseGrant grant{lease_id, name, lease.task, ToSeconds(lease.deadline - now), unit};
     leases_.emplace(lease_id, std::move(lease));
     return grant;
 }
@@ -219,10 +222,54 @@ ResultVerdict JobQueue::AddResult(WorkerId id, LeaseId lease_id, const std::stri
     } catch (const Error& error) {
         return Wrong(it, error.what(), now);
     }
+    const std::size_t unit = it->second.unit;
+    Forget(it);
+    TakeResult(id, &Find(name), unit, lease_id, std::move(result), now);
+    return ResultVerdict::kMerged;
+}
+
+std::optional<TileTask> JobQueue::TaskOfUnit(const std::string& name, std::uint64_t unit) const {
+    const auto it = jobs_.find(name);
+    if (it == jobs_.end() || !it->second->active() || !it->second->Awaits(unit)) {
+        return std::nullopt;
+    }
+    return it->second->Task(unit);
+}
+
+ResultVerdict JobQueue::AddLateResult(WorkerId id, const std::string& name, std::uint64_t unit,
+                                      TileResult result, TimePoint now) {
+    const auto task = TaskOfUnit(name, unit);
+    if (!task) {
+        return ResultVerdict::kDuplicate;
+    }
     Job& job = Find(name);
     Worker& worker = workers_.at(id);
-    const std::size_t unit = it->second.unit;
-    const std::uint64_t samples = it->second.samples;
+    const std::string& needed = job.info().numeric_class;
+    if (!needed.empty() && needed != worker.info.numeric_class) {
+        return ResultVerdict::kDuplicate;
+    }
+    try {
+        CheckResult(*task, result);
+    } catch (const Error& error) {
+        ++results_wrong_;
+        job.AddNote(fmt::format("worker {}: wrong result: {}", worker.info.name, error.what()),
+                    now);
+        return ResultVerdict::kWrong;
+    }
+    if (needed.empty()) {
+        job.SetNumericClass(worker.info.numeric_class);
+    }
+    TakeResult(id, &job, unit, 0, std::move(result), now);
+    return ResultVerdict::kMerged;
+}
+
+// A checked answer to a unit of the job that has none. `own`: the lease that it answers, which is
+// out of the table; 0: none.
+void JobQueue::TakeResult(WorkerId id, Job* job, std::size_t unit, LeaseId own, TileResult result,
+                          TimePoint now) {
+    Worker& worker = workers_.at(id);
+    const std::string& name = job->info().name;
+    const std::uint64_t samples = job->Samples(unit);
     if (result.seconds > 0) {
         const double speed = std::min(kMaxSpeed, static_cast<double>(samples) / result.seconds) *
                              worker.info.threads;
@@ -231,16 +278,14 @@ ResultVerdict JobQueue::AddResult(WorkerId id, LeaseId lease_id, const std::stri
     }
     worker.info.samples_done += samples;
     Involvement& involvement = worker.jobs[name];
-    involvement.scene_ready = true;
+    involvement.scene_ready = involvement.scene_ready || own != 0;
     involvement.problems = 0;
 
-    std::set<LeaseId> others = job.Leases(unit);
-    others.erase(lease_id);
+    std::set<LeaseId> others = job->Leases(unit);
+    others.erase(own);
     Revoke(others);
-    Forget(it);
-    job.Accept(unit, worker.info.name, std::move(result), now);
-    NoteStateOf(&job);
-    return ResultVerdict::kMerged;
+    job->Accept(unit, worker.info.name, std::move(result), now);
+    NoteStateOf(job);
 }
 
 void JobQueue::CountMergeSeconds(const std::string& name, double seconds) {

@@ -12,6 +12,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "core/base/byte_stream.h"
 #include "core/base/error.h"
 #include "core/base/param_set.h"
 #include "server/jobs/planner.h"
@@ -81,6 +82,17 @@ class MethodPlanner final : public Planner {
             plan.decisions[i] = plan.counts[i] > 0 ? Decision::kSampled : Decision::kConverged;
         }
         return plan;
+    }
+
+    std::string Save() const override {
+        ByteWriter out;
+        out.Put(pass_);
+        return out.Take();
+    }
+    void Restore(std::string_view bytes) override {
+        ByteReader in(bytes);
+        pass_ = in.Get<int>();
+        in.End();
     }
 
   private:

@@ -33,6 +33,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/byte_stream.h"
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "core/base/param_set.h"
@@ -97,6 +98,23 @@ class Paper final : public Planner {
         }
         ScaleDown(budget, &plan.counts);
         return plan;
+    }
+
+    std::string Save() const override {
+        ByteWriter out;
+        out.Put(pass_);
+        out.PutAll(last_);
+        out.PutAll(asked_);
+        out.PutAll(gain_);
+        return out.Take();
+    }
+    void Restore(std::string_view bytes) override {
+        ByteReader in(bytes);
+        pass_ = in.Get<int>();
+        last_ = in.GetAll<PixelEstimate>();
+        asked_ = in.GetAll<std::uint32_t>();
+        gain_ = in.GetAll<float>();
+        in.End();
     }
 
   private:

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/base/check.h"
+#include "core/base/error.h"
 
 namespace relume::jobs {
 namespace {
@@ -30,25 +31,21 @@ void Pass::ForEachPixel(const TileRect& rect, F&& body) const {
     }
 }
 
-Pass::Pass(const TileRect& window, int tile_size, std::vector<std::uint32_t> first,
-           std::vector<std::uint32_t> counts, std::vector<std::uint32_t> cover)
-    : window_(window),
-      first_(std::move(first)),
-      counts_(std::move(counts)),
-      cover_(std::move(cover)) {
-    RELUME_CHECK_EQ(counts_.size(), window.area());
-    RELUME_CHECK_EQ(first_.size(), window.area());
-    RELUME_CHECK(cover_.empty() || cover_.size() == window.area());
+Pass::Pass(const TileRect& window, int tile_size, std::shared_ptr<const PassPlan> plan)
+    : window_(window), plan_(std::move(plan)) {
+    RELUME_CHECK_EQ(plan_->counts.size(), window.area());
+    RELUME_CHECK_EQ(plan_->first.size(), window.area());
+    RELUME_CHECK(plan_->cover.empty() || plan_->cover.size() == window.area());
     for (const TileRect& rect : CutIntoTiles(window, tile_size)) {
         tiles_.emplace_back().rect = rect;
     }
     for (std::uint32_t t = 0; t < tiles_.size(); ++t) {
         ForEachPixel(tiles_[t].rect, [&](std::size_t i) {
-            active_pixels_ += counts_[i] > 0 ? 1 : 0;
-            total_samples_ += counts_[i];
+            active_pixels_ += plan_->counts[i] > 0 ? 1 : 0;
+            total_samples_ += plan_->counts[i];
         });
         tiles_[t].first_cover = AddUnits(t, false);
-        tiles_[t].cover_layers = cover_.empty() ? 0 : AddUnits(t, true);
+        tiles_[t].cover_layers = plan_->cover.empty() ? 0 : AddUnits(t, true);
     }
     std::stable_sort(units_.begin(), units_.end(), [](const Unit& a, const Unit& b) {
         return std::tuple(a.cover, a.layer) < std::tuple(b.cover, b.layer);
@@ -90,27 +87,48 @@ TileTask Pass::Task(std::size_t unit) const {
     task.count.reserve(task.rect.area());
     ForEachPixel(task.rect, [&](std::size_t i) {
         const std::uint32_t before = u.cover ? Count(i, false) : 0;
-        task.first.push_back(first_[i] + before + u.layer * kMaxSamplesPerLease);
+        task.first.push_back(plan_->first[i] + before + u.layer * kMaxSamplesPerLease);
         task.count.push_back(LayerCount(Count(i, u.cover), u.layer));
     });
     return task;
 }
 
-void Pass::Accept(std::size_t unit, TileResult result) {
+void Pass::Restore(const std::vector<std::uint32_t>& merged, const std::vector<double>& error) {
+    bool fits = merged.size() == tiles_.size() && error.size() == tiles_.size();
+    for (std::size_t t = 0; fits && t < tiles_.size(); ++t) {
+        RELUME_CHECK(tiles_[t].merged == 0 && tiles_[t].waiting.empty());
+        fits = merged[t] <= tiles_[t].first_cover + tiles_[t].cover_layers;
+        tiles_[t].merged = merged[t];
+        tiles_[t].error = error[t];
+    }
+    if (!fits) {
+        throw Error(ErrorCode::kDataLoss, "a saved pass does not fit its plan");
+    }
+    for (Unit& unit : units_) {
+        if (LayerOf(unit) < tiles_[unit.tile].merged) {
+            unit.done = true;
+            left_ -= unit.samples;
+            left_but_cover_ -= unit.cover ? 0 : unit.samples;
+            --unmerged_;
+            unmerged_but_cover_ -= unit.cover ? 0 : 1;
+        }
+    }
+}
+
+void Pass::Accept(std::size_t unit, TileResult result, const std::string& worker) {
     Unit& u = units_[unit];
     RELUME_CHECK(!u.done);
     u.done = true;
     left_ -= u.samples;
     left_but_cover_ -= u.cover ? 0 : u.samples;
-    Tile& tile = tiles_[u.tile];
-    tile.waiting.emplace(u.layer + (u.cover ? tile.first_cover : 0), std::move(result));
+    tiles_[u.tile].waiting.emplace(LayerOf(u), Waiting{std::move(result), worker, u.samples});
 }
 
 void Pass::Merge(std::size_t index, bool open, Film* film) {
     Tile& tile = tiles_[index];
     while (!tile.waiting.empty() && tile.waiting.begin()->first == tile.merged &&
            (open || tile.merged < tile.first_cover)) {
-        film->Merge(tile.waiting.begin()->second);
+        film->Merge(tile.waiting.begin()->second.result);
         tile.waiting.erase(tile.waiting.begin());
         --unmerged_;
         unmerged_but_cover_ -= tile.merged < tile.first_cover ? 1 : 0;
@@ -123,9 +141,9 @@ void Pass::Merge(std::size_t index, bool open, Film* film) {
 }
 
 std::vector<std::uint32_t> Pass::NextFirst() const {
-    std::vector<std::uint32_t> next(first_);
+    std::vector<std::uint32_t> next(plan_->first);
     for (std::size_t i = 0; i < next.size(); ++i) {
-        next[i] += counts_[i];
+        next[i] += plan_->counts[i];
     }
     return next;
 }

@@ -2,6 +2,9 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "core/film/film.h"
@@ -13,14 +16,27 @@ namespace relume::jobs {
 // are grouped depends on the plan alone, never on tiles or workers.
 inline constexpr std::uint32_t kMaxSamplesPerLease = 64;
 
+// What a pass consists of, row-major over the window.
+struct PassPlan {
+    std::vector<std::uint32_t> first;   // index of each pixel's next sample
+    std::vector<std::uint32_t> counts;  // samples of each pixel
+    std::vector<std::uint32_t> cover;   // how many of its last samples are the cover; empty: none
+};
+
 // One pass, cut into units of tile x part x layer, each the matter of one lease at a time. The
 // parts are what the next plan waits for and the cover (cover.h).
 class Pass {
   public:
-    // `counts`: samples for each pixel of the window, row-major. `first`: index of each pixel's
-    // next sample. `cover`: how many of each pixel's last samples are the cover; empty: none.
+    Pass(const TileRect& window, int tile_size, std::shared_ptr<const PassPlan> plan);
     Pass(const TileRect& window, int tile_size, std::vector<std::uint32_t> first,
-         std::vector<std::uint32_t> counts, std::vector<std::uint32_t> cover = {});
+         std::vector<std::uint32_t> counts, std::vector<std::uint32_t> cover = {})
+        : Pass(window, tile_size,
+               std::make_shared<const PassPlan>(
+                   PassPlan{std::move(first), std::move(counts), std::move(cover)})) {}
+    // Of a new pass: the film holds the first `merged` layers of each tile already, and TileError
+    // is as said. Throws kDataLoss if there are not so many.
+    void Restore(const std::vector<std::uint32_t>& merged, const std::vector<double>& error);
+    const std::shared_ptr<const PassPlan>& plan() const { return plan_; }
 
     // Units in order of issue: all tiles of layer 0, then those of layer 1, and so the cover's.
     // Units without samples do not exist.
@@ -32,13 +48,32 @@ class Pass {
     std::size_t TileOf(std::size_t unit) const { return units_[unit].tile; }
     bool Done(std::size_t unit) const { return units_[unit].done; }
 
-    // Takes the result of a unit, once. It waits for Merge.
-    void Accept(std::size_t unit, TileResult result);
+    // Takes the result of a unit, by `worker`, once. It waits for Merge.
+    void Accept(std::size_t unit, TileResult result, const std::string& worker = {});
+    // The unit's result is in the film.
+    bool MergedUnit(std::size_t unit) const {
+        return LayerOf(units_[unit]) < tiles_[units_[unit].tile].merged;
+    }
+    struct Waiting {
+        TileResult result;
+        std::string worker;
+        std::uint64_t samples = 0;
+    };
+    // body(Waiting) for each result that waits.
+    template <typename F>
+    void ForEachWaiting(F&& body) const {
+        for (const Tile& tile : tiles_) {
+            for (const auto& [layer, waiting] : tile.waiting) {
+                body(waiting);
+            }
+        }
+    }
     // Merges into `film` whatever of the tile has its turn: what comes before its predecessor
     // waits, and the cover unless it is `open`.
     void Merge(std::size_t tile, bool open, Film* film);
 
     std::size_t tile_count() const { return tiles_.size(); }
+    std::uint32_t MergedLayers(std::size_t tile) const { return tiles_[tile].merged; }
     bool Merged(std::size_t tile) const {
         return tiles_[tile].merged == tiles_[tile].first_cover + tiles_[tile].cover_layers;
     }
@@ -69,20 +104,24 @@ class Pass {
         TileRect rect;
         std::uint32_t first_cover = 0, cover_layers = 0;  // layers, the cover's behind the others
         std::uint32_t merged = 0;                         // layers in the film
-        std::map<std::uint32_t, TileResult> waiting;      // by layer
+        std::map<std::uint32_t, Waiting> waiting;         // by layer
         double error = -1;
     };
 
     template <typename F>
     void ForEachPixel(const TileRect& rect, F&& body) const;
     std::uint32_t Count(std::size_t i, bool cover) const {
-        const std::uint32_t kept = cover_.empty() ? 0 : cover_[i];
-        return cover ? kept : counts_[i] - kept;
+        const std::uint32_t kept = plan_->cover.empty() ? 0 : plan_->cover[i];
+        return cover ? kept : plan_->counts[i] - kept;
+    }
+    // The unit's layer among all of its tile, the cover's behind the others.
+    std::uint32_t LayerOf(const Unit& unit) const {
+        return unit.layer + (unit.cover ? tiles_[unit.tile].first_cover : 0);
     }
     std::uint32_t AddUnits(std::uint32_t tile, bool cover);
 
     TileRect window_;
-    std::vector<std::uint32_t> first_, counts_, cover_;
+    std::shared_ptr<const PassPlan> plan_;
     std::vector<Tile> tiles_;
     std::vector<Unit> units_;
     std::size_t first_cover_unit_ = 0;

@@ -5,6 +5,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/base/param_set.h"
@@ -69,6 +70,10 @@ class Planner {
     virtual const char* Method() const { return nullptr; }
     // The next pass, called once a pass, on any thread.
     virtual Plan NextPass(const PlanInput& input) = 0;
+    // What it keeps from pass to pass, as bytes; Restore makes another one, of the same
+    // description, go on with the same plans. Bytes that are not Save's throw kDataLoss.
+    virtual std::string Save() const = 0;
+    virtual void Restore(std::string_view bytes) = 0;
 };
 
 // "uniform", "paper:mode=printed"; an unknown name or parameter throws kInvalidArgument with the

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "core/base/byte_stream.h"
 #include "core/base/error.h"
 #include "core/base/param_set.h"
 #include "server/jobs/planner.h"
@@ -81,6 +82,17 @@ class Probe final : public Planner {
             plan.counts[*it] = static_cast<std::uint32_t>(spp);
         }
         return plan;
+    }
+
+    std::string Save() const override {
+        ByteWriter out;
+        out.Put(planned_);
+        return out.Take();
+    }
+    void Restore(std::string_view bytes) override {
+        ByteReader in(bytes);
+        planned_ = in.Get<bool>();
+        in.End();
     }
 
   private:

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 
+#include "core/base/byte_stream.h"
 #include "core/base/error.h"
 #include "core/base/param_set.h"
 #include "server/jobs/planner.h"
@@ -45,6 +46,17 @@ class Uniform final : public Planner {
             return {{}, kBudgetSpent, {}, {}};
         }
         return plan;
+    }
+
+    std::string Save() const override {
+        ByteWriter out;
+        out.Put(spp_);
+        return out.Take();
+    }
+    void Restore(std::string_view bytes) override {
+        ByteReader in(bytes);
+        spp_ = in.Get<std::uint32_t>();
+        in.End();
     }
 
   private:

@@ -23,22 +23,6 @@ constexpr std::size_t kMaxJobsShown = 100, kMaxWorkersShown = 200;
 constexpr std::chrono::seconds kStatusPatience{5};
 constexpr const char* kJobPrefix = "jobs/";
 
-// What the time to finish an image depends on, beside its size.
-std::string FinishKind(const CheckedSpec& spec) {
-    return spec.filter + (spec.message.all_layers() ? " all layers" : "");
-}
-
-// Seconds by which the final image's filter may be dearer, if it is chosen when all samples are in.
-double DearerChoice(const jobs::Outcome& outcome) {
-    constexpr double kWithEstimate = 1.5;  // over filtering alone
-    double taken = 0, dearest = 0;
-    for (const jobs::FilterCandidate& candidate : outcome.candidates) {
-        taken = candidate.filter == outcome.filter ? candidate.seconds : taken;
-        dearest = std::max(dearest, candidate.seconds);
-    }
-    return kWithEstimate * (dearest - taken);
-}
-
 std::string RandomName() {
     std::random_device random;
     return fmt::format("{}{:08x}{:08x}", kJobPrefix, random(), random());
@@ -49,24 +33,27 @@ std::string RandomName() {
 std::string JobId(const std::string& name) { return name.substr(std::string(kJobPrefix).size()); }
 
 Coordinator::Coordinator(const CoordinatorOptions& options)
-    : epoch_(static_cast<std::uint32_t>(std::chrono::duration_cast<std::chrono::seconds>(
-                                            std::chrono::system_clock::now().time_since_epoch())
-                                            .count())),
-      folder_(options.data),
+    : folder_(options.data),
+      disk_(options.disk),
+      ledger_(options.data / "state.db"),
+      snapshots_(options.data / "films", disk_),
       blobs_(options.data / "blobs", options.blob_quota),
-      results_(options.data / "results") {
-    control_.Every(FromSeconds(kTickSeconds), [this] {
-        queue_.Tick(Now());
-        // Also those who have nothing to wait for: a lease may have become worth a race.
-        ForEach(worker_streams_, &Listener::Advance);
-        Changed();
-    });
+      results_(options.data / "results", disk_),
+      keeper_(options.films,
+              {[this](const std::string& job, const std::string& why) { Hold(job, why); },
+               [this](jobs::WorkerId worker, const std::string& ticket) {
+                   Acknowledge(worker, ticket);
+               }},
+              &queue_, &ledger_, &snapshots_, &wall_, &control_, &films_) {
+    Load();
+    control_.Every(FromSeconds(kTickSeconds), [this] { Tick(); });
 }
 
 Coordinator::~Coordinator() {
     std::promise<void> done;
     control_.Post([&] {
         stopping_ = true;
+        keeper_.Stop();
         for (const auto& [name, record] : records_) {
             record.cancel->Cancel();
         }
@@ -75,34 +62,43 @@ Coordinator::~Coordinator() {
     done.get_future().wait();
 }
 
-std::string Coordinator::CreateJob(const std::string& request_id, CheckedSpec spec) {
-    if (const auto it = request_ids_.find(request_id); it != request_ids_.end()) {
-        return it->second;
+void Coordinator::Tick() {
+    const TimePoint now = Now();
+    queue_.Tick(now);
+    // Also those who have nothing to wait for: a lease may have become worth a race.
+    ForEach(worker_streams_, &Listener::Advance);
+    Changed();
+    if (stopping_) {
+        return;
     }
-    for (const auto& forgotten : queue_.ForgetOverJobs(kOverJobsKept)) {
-        request_ids_.erase(records_.at(forgotten).request_id);
-        records_.erase(forgotten);
-        io_.Post([this, forgotten] { results_.Remove(JobId(forgotten)); });
-    }
-    std::string name = RandomName();
-    while (records_.count(name) != 0) {
-        name = RandomName();
-    }
+    keeper_.Tick(now);
+    NoteThoseOver();
+    NoteUsedTime(now);
+    std::erase_if(unstored_, [&](const Unstored& image) {
+        if (image.due > now) {
+            return false;
+        }
+        filter_.Post([this, image] { StoreImage(image.name, image.image); });
+        return true;
+    });
+}
+
+jobs::JobSetup Coordinator::SetupOf(const CheckedSpec& spec,
+                                    const std::shared_ptr<CancelToken>& cancel) {
     jobs::JobSetup setup = spec.Setup();
-    const auto cancel = std::make_shared<CancelToken>();
     if (spec.budgets.seconds) {
         setup.estimators.finish_seconds = [this, spec, cancel](const Film& film) {
             return PredictFinish(film, spec, *cancel);
         };
     }
-    queue_.AddJob(name, std::move(setup), Now());
-    const LogScope scope({.job = name});
-    spdlog::info("{}: {} at {}x{}, {}, sampler {}, filter {}", name, spec.manifest.main,
-                 spec.settings.Window().width(), spec.settings.Window().height(),
-                 jobs::Describe(spec.budgets), spec.sampler, spec.filter);
+    return setup;
+}
+
+Coordinator::Record* Coordinator::AddRecord(const std::string& name, const std::string& request_id,
+                                            CheckedSpec spec) {
     Record& record = records_[name];
     record.scene_sha256 = ManifestDigest(spec.manifest);
-    record.cancel = cancel;
+    record.cancel = std::make_shared<CancelToken>();
     record.spec = std::move(spec);
     record.brief = record.spec.message;
     record.brief.mutable_scene()->clear_entries();
@@ -110,14 +106,62 @@ std::string Coordinator::CreateJob(const std::string& request_id, CheckedSpec sp
         record.request_id = request_id;
         request_ids_[request_id] = name;
     }
+    return &record;
+}
+
+std::string Coordinator::CreateJob(const std::string& request_id, CheckedSpec spec, Done done) {
+    if (const auto it = request_ids_.find(request_id); it != request_ids_.end()) {
+        control_.Post([done = std::move(done)] { done({}); });
+        return it->second;
+    }
+    for (const auto& forgotten : queue_.ForgetOverJobs(kOverJobsKept)) {
+        Forget(forgotten);
+    }
+    std::string name = RandomName();
+    while (records_.count(name) != 0) {
+        name = RandomName();
+    }
+    const LogScope scope({.job = name});
+    spdlog::info("{}: {} at {}x{}, {}, sampler {}, filter {}", name, spec.manifest.main,
+                 spec.settings.Window().width(), spec.settings.Window().height(),
+                 jobs::Describe(spec.budgets), spec.sampler, spec.filter);
+    const Record* record = AddRecord(name, request_id, std::move(spec));
+    queue_.AddJob(name, SetupOf(record->spec, record->cancel), Now());
+    Write(RowOf(queue_.Get(name)), true,
+          [this, name, done = std::move(done)](const std::optional<Error>& why) {
+              if (why && records_.count(name) != 0) {
+                  queue_.Fail(name, why->what(), Now());
+                  request_ids_.erase(records_.at(name).request_id);
+              }
+              done(why);
+          });
     return name;
 }
 
-void Coordinator::CancelJob(const std::string& name) {
+void Coordinator::Forget(const std::string& name) {
+    request_ids_.erase(records_.at(name).request_id);
+    records_.erase(name);
+    keeper_.Over(name);
+    if (stopping_) {
+        return;
+    }
+    books_.Post([this, name] {
+        for (const auto& file : ledger_.Remove(name)) {
+            snapshots_.Remove(file);
+        }
+        results_.Remove(JobId(name));
+    });
+}
+
+void Coordinator::CancelJob(const std::string& name, Done done) {
     queue_.Cancel(name, Now());
-    records_.at(name).cancel->Cancel();
+    Record& record = records_.at(name);
+    record.cancel->Cancel();
     const LogScope scope({.job = name});
     spdlog::info("{}: cancelled", name);
+    record.over = true;
+    keeper_.Over(name);
+    Write(RowOf(queue_.Get(name)), false, std::move(done));
 }
 
 void Coordinator::FillJob(const jobs::JobInfo& info, bool with_entries, v1::Job* job) const {
@@ -162,10 +206,9 @@ metrics::FarmStatus Coordinator::Status() const {
     status.work_out = traffic_.work_out;
     status.blob_bytes = blobs_.used();
     status.blob_quota = blobs_.quota();
-    status.tasks_waiting = {{"control", control_.waiting()},
-                            {"io", io_.waiting()},
-                            {"plan", plan_.waiting()},
-                            {"filter", filter_.waiting()}};
+    status.tasks_waiting = {{"control", control_.waiting()}, {"io", io_.waiting()},
+                            {"plan", plan_.waiting()},       {"filter", filter_.waiting()},
+                            {"books", books_.waiting()},     {"films", films_.waiting()}};
     return status;
 }
 
@@ -222,83 +265,6 @@ void Coordinator::StartPlans() {
             });
         });
     }
-}
-
-void Coordinator::StartFilters() {
-    while (!stopping_) {
-        auto work = queue_.TakeFilterWork();
-        if (!work) {
-            return;
-        }
-        const Record& record = records_.at(work->name);
-        const auto& info = queue_.Get(work->name);
-        const LogScope scope({.job = work->name});
-        spdlog::info("{}: {} samples in {} passes after {:.2f} s ({})", work->name,
-                     info.samples_done, info.passes.size(), info.render_seconds, info.message);
-        filter_.Post(
-            [this, work = std::move(*work), spec = record.spec, cancel = record.cancel,
-             numeric_class = info.numeric_class] { Filter(work, spec, numeric_class, *cancel); });
-    }
-}
-
-// By what was measured, else by doing it once with the samples so far.
-double Coordinator::PredictFinish(const Film& film, const CheckedSpec& spec,
-                                  const CancelToken& cancel) {
-    const std::string kind = FinishKind(spec);
-    if (const auto seconds = finish_times_.Predict(kind, film.pixel_count())) {
-        return *seconds;
-    }
-    jobs::JobQueue::FilterWork trial;
-    trial.film = {std::shared_ptr<const Film>(), &film};  // not owned
-    const TimePoint start = Now();
-    const FinishedImage finished = FinishImage(trial, spec, "", cancel);
-    Sha256Hex(finished.exr);
-    const double seconds = ToSeconds(Now() - start) + DearerChoice(finished.outcome);
-    finish_times_.Add(kind, film.pixel_count(), seconds);
-    return seconds;
-}
-
-void Coordinator::Filter(const jobs::JobQueue::FilterWork& work, const CheckedSpec& spec,
-                         const std::string& numeric_class, const CancelToken& cancel) {
-    const std::string& name = work.name;
-    std::string failure;
-    const TimePoint start = Now();
-    try {
-        FinishedImage finished = FinishImage(work, spec, numeric_class, cancel);
-        std::string sha256 = Sha256Hex(finished.exr);
-        if (!cancel.cancelled()) {
-            results_.Put(JobId(name), finished.exr);
-            finish_times_.Add(FinishKind(spec), work.film->pixel_count(), ToSeconds(Now() - start));
-            control_.Post(
-                [this, name, outcome = std::move(finished.outcome), sha256 = std::move(sha256)] {
-                    if (const auto record = records_.find(name); record != records_.end()) {
-                        record->second.result_sha256 = sha256;
-                        const LogScope scope({.job = name});
-                        spdlog::info("{}: filtered in {:.2f} s, image {}", name, outcome.seconds,
-                                     outcome.image_sha256);
-                        queue_.Succeed(name, outcome, Now());
-                        Changed();
-                    }
-                });
-        }
-        return;
-    } catch (const std::bad_alloc&) {
-        failure =
-            "the server ran out of memory while it filtered the image; choose a smaller --size";
-    } catch (const std::exception& error) {
-        failure = error.what();
-    }
-    if (cancel.cancelled()) {
-        return;
-    }
-    control_.Post([this, name, failure] {
-        if (records_.count(name) != 0) {
-            const LogScope scope({.job = name});
-            spdlog::error("{}: {}", name, failure);
-            queue_.Fail(name, failure, Now());
-            Changed();
-        }
-    });
 }
 
 }  // namespace relume::server

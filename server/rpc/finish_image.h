@@ -13,7 +13,8 @@ namespace relume::server {
 
 // A job's result.
 struct FinishedImage {
-    std::string exr;  // the file's bytes
+    std::string exr;         // the file's bytes
+    std::string exr_sha256;  // "": not asked for yet
     jobs::Outcome outcome;
 };
 

@@ -128,6 +128,7 @@ void InfoToProto(const jobs::JobInfo& info, const WallClock& wall, v1::Job* job)
         if (pass.relmse_predicted) {
             p->set_relmse_predicted(*pass.relmse_predicted);
         }
+        p->set_ranges(pass.ranges);
     }
     for (const auto& [name, share] : info.workers) {
         v1::WorkerShare* w = job->add_workers();
@@ -139,7 +140,7 @@ void InfoToProto(const jobs::JobInfo& info, const WallClock& wall, v1::Job* job)
     job->set_leases_issued(info.leases_issued);
     job->set_leases_reissued(info.leases_reissued);
     job->set_results_duplicate(info.results_duplicate);
-    SetTime(wall.At(info.created), job->mutable_create_time());
+    SetTime(wall.At(info.created - info.down), job->mutable_create_time());
     if (info.ended) {
         SetTime(wall.At(*info.ended), job->mutable_end_time());
     }
@@ -149,6 +150,16 @@ void InfoToProto(const jobs::JobInfo& info, const WallClock& wall, v1::Job* job)
     job->set_merge_seconds(info.merge_seconds);
     job->mutable_notes()->Assign(info.notes.begin(), info.notes.end());
     ExpectationsToProto(info, job);
+    job->set_held(info.held);
+    job->set_restarts(info.restarts);
+    job->set_save_seconds(info.save_seconds);
+    if (info.audit) {
+        v1::LedgerAudit* audit = job->mutable_ledger();
+        audit->set_ranges(info.audit->ranges);
+        audit->set_samples(info.audit->samples);
+        audit->set_film_samples(info.audit->film_samples);
+        audit->set_problem(info.audit->problem);
+    }
     if (info.outcome) {
         OutcomeToProto(*info.outcome, job);
     }

@@ -19,6 +19,10 @@ class WallClock {
                                                                             offset_));
     }
 
+    TimePoint Of(std::chrono::system_clock::time_point t) const {
+        return TimePoint(std::chrono::duration_cast<Duration>(t.time_since_epoch() - offset_));
+    }
+
   private:
     std::chrono::nanoseconds offset_;
 };

@@ -58,12 +58,12 @@ grpc::ServerUnaryReactor* JobService::CreateJob(grpc::CallbackServerContext* con
             return;
         }
         coordinator_->control().Post([this, reactor, request, response, spec] {
-            reactor->Finish(Guard([&] {
-                const std::string name =
-                    coordinator_->CreateJob(request->request_id(), std::move(*spec));
-                coordinator_->FillJob(coordinator_->queue().Get(name), true,
-                                      response->mutable_job());
-            }));
+            const auto name = std::make_shared<std::string>();
+            *name = coordinator_->CreateJob(
+                request->request_id(), std::move(*spec),
+                [this, reactor, response, name](const std::optional<Error>& why) {
+                    Answer(reactor, *name, why, response->mutable_job());
+                });
             coordinator_->Changed();
         });
     });
@@ -112,12 +112,51 @@ grpc::ServerUnaryReactor* JobService::CancelJob(grpc::CallbackServerContext* con
     if (auto* refused = access_->Refuse<grpc::ServerUnaryReactor>(context, {Role::kClient})) {
         return refused;
     }
-    return Deferred(context, &coordinator_->control(), [this, request, response] {
-        coordinator_->CancelJob(request->name());
-        coordinator_->FillJob(coordinator_->queue().Get(request->name()), true,
-                              response->mutable_job());
+    return Later(context, request->name(), response->mutable_job(),
+                 [this, request](Coordinator::Done done) {
+                     coordinator_->CancelJob(request->name(), std::move(done));
+                 });
+}
+
+grpc::ServerUnaryReactor* JobService::ExtendJob(grpc::CallbackServerContext* context,
+                                                const v1::ExtendJobRequest* request,
+                                                v1::ExtendJobResponse* response) {
+    if (auto* refused = access_->Refuse<grpc::ServerUnaryReactor>(context, {Role::kClient})) {
+        return refused;
+    }
+    return Later(context, request->name(), response->mutable_job(),
+                 [this, request](Coordinator::Done done) {
+                     coordinator_->ExtendJob(request->name(), request->spp(), std::move(done));
+                 });
+}
+
+// A call that `begin` begins on the control thread, and that is answered when it is done.
+grpc::ServerUnaryReactor* JobService::Later(grpc::CallbackServerContext* context,
+                                            const std::string& name, v1::Job* job,
+                                            const std::function<void(Coordinator::Done)>& begin) {
+    grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
+    coordinator_->control().Post([this, reactor, name, job, begin] {
+        const grpc::Status status = Guard([&] {
+            begin([this, reactor, name, job](const std::optional<Error>& why) {
+                Answer(reactor, name, why, job);
+            });
+        });
+        if (!status.ok()) {
+            reactor->Finish(status);
+        }
         coordinator_->Changed();
     });
+    return reactor;
+}
+
+void JobService::Answer(grpc::ServerUnaryReactor* reactor, const std::string& name,
+                        const std::optional<Error>& why, v1::Job* job) {
+    reactor->Finish(Guard([&] {
+        if (why) {
+            throw *why;
+        }
+        coordinator_->FillJob(coordinator_->queue().Get(name), true, job);
+    }));
 }
 
 grpc::ServerWriteReactor<v1::WatchJobResponse>* JobService::WatchJob(

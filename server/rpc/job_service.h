@@ -1,5 +1,10 @@
 #pragma once
 
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "core/base/error.h"
 #include "relume/v1/jobs.grpc.pb.h"
 #include "server/rpc/access.h"
 #include "server/rpc/coordinator.h"
@@ -25,6 +30,9 @@ class JobService final : public v1::JobService::CallbackService {
     grpc::ServerUnaryReactor* CancelJob(grpc::CallbackServerContext* context,
                                         const v1::CancelJobRequest* request,
                                         v1::CancelJobResponse* response) override;
+    grpc::ServerUnaryReactor* ExtendJob(grpc::CallbackServerContext* context,
+                                        const v1::ExtendJobRequest* request,
+                                        v1::ExtendJobResponse* response) override;
     grpc::ServerWriteReactor<v1::WatchJobResponse>* WatchJob(
         grpc::CallbackServerContext* context, const v1::WatchJobRequest* request) override;
     grpc::ServerWriteReactor<v1::FetchResultResponse>* FetchResult(
@@ -34,6 +42,12 @@ class JobService final : public v1::JobService::CallbackService {
                                           v1::ListWorkersResponse* response) override;
 
   private:
+    grpc::ServerUnaryReactor* Later(grpc::CallbackServerContext* context, const std::string& name,
+                                    v1::Job* job,
+                                    const std::function<void(Coordinator::Done)>& begin);
+    void Answer(grpc::ServerUnaryReactor* reactor, const std::string& name,
+                const std::optional<Error>& why, v1::Job* job);
+
     Coordinator* coordinator_;
     const Access* access_;
 };

@@ -12,6 +12,7 @@
 #include "proto/codec/codec.h"
 #include "proto/codec/protocol.h"
 #include "server/rpc/status.h"
+#include "server/rpc/ticket.h"
 
 namespace relume::server {
 namespace {
@@ -164,25 +165,47 @@ void WorkSession::HandleResult(const v1::LeaseResult& result) {
     const jobs::LeaseId lease = result.lease_id();
     const LogScope scope({.job = result.job(), .lease = lease});
     const auto samples = samples_.extract(lease);
-    const TileTask* task = result.epoch() == coordinator_->epoch() ? queue.TaskOf(lease) : nullptr;
-    if (task == nullptr) {
+    const TileTask* lent = result.epoch() == coordinator_->epoch() ? queue.TaskOf(lease) : nullptr;
+    // An answer to a lease that is gone, but whose samples may still be wanted.
+    std::optional<TileTask> late;
+    if (lent == nullptr && !result.ticket().empty()) {
+        late = queue.TaskOfUnit(result.job(), result.unit());
+        if (late && MakeTicket(coordinator_->secret(), result.job(), result.unit(), *late) !=
+                        result.ticket()) {
+            late.reset();
+        }
+    }
+    if (lent == nullptr && !late) {
         spdlog::debug("{}: lease {} is answered too late", result.job(), lease);
         queue.AddResult(worker_, 0, result.job(), {}, now);  // counted as late
+        coordinator_->Acknowledge(worker_, result.ticket());
         return;
     }
+    const TileTask& task = lent != nullptr ? *lent : *late;
     TileResult tile;
     try {
-        tile = codec::DecodePlanes(*task, result.planes());
+        tile = codec::DecodePlanes(task, result.planes());
         tile.samples =
-            codec::DecodeSamples(*task, samples.empty() ? std::string() : samples.mapped());
+            codec::DecodeSamples(task, samples.empty() ? std::string() : samples.mapped());
     } catch (const Error& error) {
-        queue.RejectResult(worker_, lease, error.what(), now);
+        if (lent != nullptr) {
+            queue.RejectResult(worker_, lease, error.what(), now);
+        }
+        coordinator_->Acknowledge(worker_, result.ticket());
         return;
     }
     tile.rays = result.rays();
     tile.seconds = result.seconds();
-    queue.AddResult(worker_, lease, result.job(), std::move(tile), now);
+    const jobs::ResultVerdict verdict =
+        lent != nullptr
+            ? queue.AddResult(worker_, lease, result.job(), std::move(tile), now)
+            : queue.AddLateResult(worker_, result.job(), result.unit(), std::move(tile), now);
     queue.CountMergeSeconds(result.job(), ToSeconds(coordinator_->Now() - now));
+    if (verdict == jobs::ResultVerdict::kMerged) {
+        coordinator_->Answered(result.job(), result.unit(), worker_, result.ticket());
+    } else {
+        coordinator_->Acknowledge(worker_, result.ticket());
+    }
 }
 
 // What is nobody's or does not follow on what came before is dropped: the result will be short of
@@ -229,6 +252,13 @@ void WorkSession::Advance() {
         response.mutable_revoke()->mutable_lease_ids()->Add(revoked.begin(), revoked.end());
         Send(std::move(response));
     }
+    if (auto tickets = coordinator_->TakeAcknowledged(worker_); !tickets.empty()) {
+        v1::WorkResponse response;
+        for (auto& ticket : tickets) {
+            response.mutable_acknowledge()->add_tickets(std::move(ticket));
+        }
+        Send(std::move(response));
+    }
     while (!stopping_) {
         const auto grant = queue.NextLease(worker_, coordinator_->Now());
         if (!grant) {
@@ -256,6 +286,8 @@ void WorkSession::SendLease(const jobs::LeaseGrant& grant) {
     codec::TaskToLease(grant.task, lease);
     lease->set_deadline_seconds(grant.deadline_seconds);
     lease->set_epoch(coordinator_->epoch());
+    lease->set_unit(grant.unit);
+    lease->set_ticket(MakeTicket(coordinator_->secret(), grant.job, grant.unit, grant.task));
     const LogScope scope(
         {.job = grant.job, .worker = coordinator_->queue().WorkerName(worker_), .lease = grant.id});
     spdlog::debug("{}: lease {} of {} samples, due in {:.1f} s", grant.job, grant.id,
@@ -309,6 +341,7 @@ void WorkSession::Leave(const grpc::Status& status) {
         spdlog::info("worker {}: has left{}", queue.WorkerName(worker_),
                      status.ok() ? "" : fmt::format(" ({})", status.error_message()));
         queue.RemoveWorker(worker_);
+        coordinator_->TakeAcknowledged(worker_);
         worker_ = 0;
     }
     WriteNext();

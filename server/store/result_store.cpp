@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <fstream>
 #include <system_error>
+#include <utility>
 
 #include "core/base/error.h"
-#include "core/base/files.h"
 #include "server/store/data_folder.h"
 
 namespace relume::store {
@@ -28,7 +28,8 @@ std::string ReadPiece(const std::filesystem::path& path, std::uint64_t offset, s
     return bytes;
 }
 
-ResultStore::ResultStore(const std::filesystem::path& folder) : folder_(folder) {
+ResultStore::ResultStore(const std::filesystem::path& folder, std::shared_ptr<Disk> disk)
+    : folder_(folder), disk_(std::move(disk)) {
     MakeFolder(folder_);
 }
 
@@ -43,7 +44,7 @@ std::filesystem::path ResultStore::PathOf(const std::string& id) const {
 }
 
 void ResultStore::Put(const std::string& id, std::string_view bytes) {
-    WriteFileAtomically(PathOf(id), bytes);
+    WriteWholeFile(disk_.get(), PathOf(id), bytes);
 }
 
 std::string ResultStore::Read(const std::string& id, std::uint64_t offset,

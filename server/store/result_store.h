@@ -2,7 +2,11 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <string>
+#include <string_view>
+
+#include "server/store/disk.h"
 
 namespace relume::store {
 
@@ -10,7 +14,8 @@ namespace relume::store {
 // renamed.
 class ResultStore {
   public:
-    explicit ResultStore(const std::filesystem::path& folder);
+    explicit ResultStore(const std::filesystem::path& folder,
+                         std::shared_ptr<Disk> disk = RealDisk());
 
     // `id`: 1 to 64 lower-case letters, digits and '-'; anything else throws kInvalidArgument.
     // A full disk throws kResourceExhausted and leaves nothing behind.
@@ -23,6 +28,7 @@ class ResultStore {
     std::filesystem::path PathOf(const std::string& id) const;
 
     std::filesystem::path folder_;
+    std::shared_ptr<Disk> disk_;
 };
 
 // At most `limit` bytes of a file from `offset` on. Throws kNotFound if it can't be opened,

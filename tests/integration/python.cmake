@@ -11,6 +11,7 @@ endfunction()
 
 relume_python_test(PythonClient.SubmitsWatchesAndFetches service_test.py)
 relume_python_test(Farm.SameBitsWhoeverRenders digest_test.py)
+relume_python_test(Restart.CostsNoBitWhateverIsKilled restart_test.py)
 relume_python_test(Commands.FailWithOneClearLine errors_test.py)
 relume_python_test(Verify.TellsTrueClaimsFromForgedOnes verify_test.py)
 relume_python_test(Tls.LetsInWhoMayAndSaysWhyNot tls_test.py)

@@ -22,7 +22,7 @@ std::optional<HeldLease> LeaseQueue::Take() {
         if (it != waiting_.end()) {
             HeldLease lease = std::move(*it);
             waiting_.erase(it);
-            running_[lease.id] = lease.cancel;
+            running_.push_back({lease.id, lease.stream, lease.cancel});
             return lease;
         }
         changed_.wait(lock);
@@ -31,10 +31,7 @@ std::optional<HeldLease> LeaseQueue::Take() {
 
 void LeaseQueue::Finish(const HeldLease& lease) {
     const std::lock_guard lock(mutex_);
-    const auto it = running_.find(lease.id);
-    if (it != running_.end() && it->second == lease.cancel) {
-        running_.erase(it);
-    }
+    std::erase_if(running_, [&](const Running& running) { return running.cancel == lease.cancel; });
     changed_.notify_all();
 }
 
@@ -66,16 +63,19 @@ std::vector<std::uint64_t> LeaseQueue::DropJob(const std::string& job) {
     return RemoveWaiting([&](const HeldLease& lease) { return lease.job == job; });
 }
 
-std::vector<std::uint64_t> LeaseQueue::Drop(const std::vector<std::uint64_t>& ids) {
+std::vector<std::uint64_t> LeaseQueue::Drop(const std::vector<std::uint64_t>& ids,
+                                            const WorkStream* stream) {
     const std::lock_guard lock(mutex_);
-    for (const auto id : ids) {
-        if (const auto it = running_.find(id); it != running_.end()) {
-            it->second->Cancel();
+    const auto meant = [&](const auto& lease) {
+        return lease.stream.get() == stream &&
+               std::find(ids.begin(), ids.end(), lease.id) != ids.end();
+    };
+    for (const Running& running : running_) {
+        if (meant(running)) {
+            running.cancel->Cancel();
         }
     }
-    return RemoveWaiting([&](const HeldLease& lease) {
-        return std::find(ids.begin(), ids.end(), lease.id) != ids.end();
-    });
+    return RemoveWaiting(meant);
 }
 
 std::vector<std::uint64_t> LeaseQueue::DropAll() {
@@ -85,8 +85,17 @@ std::vector<std::uint64_t> LeaseQueue::DropAll() {
 
 void LeaseQueue::CancelRunning() {
     const std::lock_guard lock(mutex_);
-    for (const auto& [id, cancel] : running_) {
-        cancel->Cancel();
+    for (const Running& running : running_) {
+        running.cancel->Cancel();
+    }
+}
+
+void LeaseQueue::CancelOthers(const WorkStream* stream) {
+    const std::lock_guard lock(mutex_);
+    for (const Running& running : running_) {
+        if (running.stream.get() != stream) {
+            running.cancel->Cancel();
+        }
     }
 }
 

@@ -4,7 +4,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
-#include <map>
+#include <list>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -23,6 +23,8 @@ struct HeldLease {
     std::uint64_t id = 0;
     std::string job;
     std::uint32_t epoch = 0;
+    std::uint64_t unit = 0;
+    std::string ticket;
     TileTask task;
     std::shared_ptr<const LoadedScene> scene;  // null until it is loaded
     std::shared_ptr<WorkStream> stream;  // whence it came and where its result goes; null in tests
@@ -43,11 +45,15 @@ class LeaseQueue {
 
     // These remove leases that have not begun and answer with their ids.
     std::vector<std::uint64_t> DropJob(const std::string& job);
-    std::vector<std::uint64_t> Drop(
-        const std::vector<std::uint64_t>& ids);  // also cancels begun ones
+    // Those that came by `stream`: numbers of another server may be the same. Also cancels begun
+    // ones.
+    std::vector<std::uint64_t> Drop(const std::vector<std::uint64_t>& ids,
+                                    const WorkStream* stream = nullptr);
     std::vector<std::uint64_t> DropAll();
 
     void CancelRunning();
+    // Those that came by another stream.
+    void CancelOthers(const WorkStream* stream);
     // True if no lease was running at some moment before the time was up.
     bool WaitIdle(std::chrono::milliseconds limit);
     void Close();
@@ -61,7 +67,12 @@ class LeaseQueue {
     mutable std::mutex mutex_;  // guards all below
     std::condition_variable changed_;
     std::deque<HeldLease> waiting_;
-    std::map<std::uint64_t, std::shared_ptr<CancelToken>> running_;
+    struct Running {
+        std::uint64_t id;
+        std::shared_ptr<WorkStream> stream;
+        std::shared_ptr<CancelToken> cancel;
+    };
+    std::list<Running> running_;
     bool closed_ = false;
 };
 

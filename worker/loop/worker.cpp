@@ -27,6 +27,9 @@ constexpr double kTickSeconds = 0.1;  // between looks at the clock before the W
 constexpr double kMinBackoffSeconds = 0.1, kMaxBackoffSeconds = 5;
 // Enough that a thread never waits for the wire, few enough that a pass ends evenly.
 constexpr int kLeasesPerThread = 3;
+// For leases of a stream that broke, once there are others.
+constexpr double kStaleSeconds = 5;
+constexpr std::size_t kMaxKeptBytes = std::size_t{256} << 20;  // of answers not acknowledged
 
 std::shared_ptr<grpc::Channel> MakeChannel(const std::string& server, const TlsPems& tls) {
     grpc::ChannelArguments arguments;
@@ -56,7 +59,8 @@ Worker::Worker(WorkerOptions options, SceneLoader loader)
     : options_(Checked(std::move(options))),
       channel_(MakeChannel(options_.server, options_.tls)),
       work_stub_(v1::WorkerService::NewStub(channel_)),
-      cache_(options_.cache_folder, options_.cache_bytes) {
+      cache_(options_.cache_folder, options_.cache_bytes),
+      kept_(kMaxKeptBytes) {
     JobScenes::Handler handler;
     handler.on_ready = [this](const std::string& job, std::shared_ptr<const LoadedScene> scene,
                               double seconds) {
@@ -180,6 +184,10 @@ grpc::Status Worker::Serve() {
             stream->Cancel();
             give_up = TimePoint::max();
         }
+        if (stale_until_ && now >= *stale_until_) {
+            leases_.CancelOthers(stream.get());
+            stale_until_ = TimePoint::max();
+        }
         if (welcomed_ && now >= next_report) {
             Report();
             next_report = now + FromSeconds(report_seconds_);
@@ -206,12 +214,13 @@ grpc::Status Worker::Serve() {
             give_up = SteadyClock().Now() + FromSeconds(kGoodbyeSeconds);
         }
     }
-    // The stream's end has returned all leases.
+    // The stream's end has returned all leases. Those that run are finished all the same: their
+    // answers may still be wanted.
     leases_.DropAll();
-    leases_.CancelRunning();
     scenes_->ForgetJobs();
     const std::lock_guard lock(mutex_);
     stream_.reset();
+    answers_to_.reset();
     return event.status;
 }
 
@@ -234,6 +243,8 @@ void Worker::Handle(const v1::WorkResponse& message) {
             SetLogWorker(message.welcome().name());
             spdlog::info("works for {} as {} with {} threads", options_.server,
                          message.welcome().name(), options_.threads);
+            stale_until_.reset();
+            SendKept();
             break;
         case v1::WorkResponse::kJob:
             HandleJob(message.job());
@@ -243,7 +254,7 @@ void Worker::Handle(const v1::WorkResponse& message) {
             break;
         case v1::WorkResponse::kRevoke: {
             const auto& ids = message.revoke().lease_ids();
-            ReturnLeases(leases_.Drop({ids.begin(), ids.end()}));
+            ReturnLeases(leases_.Drop({ids.begin(), ids.end()}, stream_.get()));
             break;
         }
         case v1::WorkResponse::kDrain:
@@ -254,6 +265,13 @@ void Worker::Handle(const v1::WorkResponse& message) {
             scenes_->Forget(message.job_over().job());
             ReturnLeases(leases_.DropJob(message.job_over().job()));
             break;
+        case v1::WorkResponse::kAcknowledge: {
+            const std::lock_guard lock(mutex_);
+            for (const auto& ticket : message.acknowledge().tickets()) {
+                kept_.Drop(ticket);
+            }
+            break;
+        }
         case v1::WorkResponse::MESSAGE_NOT_SET:
             break;
     }
@@ -278,6 +296,8 @@ void Worker::HandleLease(const v1::Lease& lease) {
     held.id = lease.id();
     held.job = lease.job();
     held.epoch = lease.epoch();
+    held.unit = lease.unit();
+    held.ticket = lease.ticket();
     try {
         held.task = codec::TaskFromLease(lease);
     } catch (const Error& error) {
@@ -292,6 +312,9 @@ void Worker::HandleLease(const v1::Lease& lease) {
     {
         const std::lock_guard lock(mutex_);
         held.stream = stream_;
+    }
+    if (!stale_until_) {
+        stale_until_ = SteadyClock().Now() + FromSeconds(kStaleSeconds);
     }
     // Into the queue first: a scene that gets ready in between finds the lease there.
     leases_.Push(std::move(held));
@@ -338,6 +361,10 @@ void Worker::RenderThread() {
                 answer->set_rays(result.rays);
                 answer->set_seconds(result.seconds);
                 answer->set_epoch(lease->epoch);
+                answer->set_unit(lease->unit);
+                if (!lease->task.keep_samples) {
+                    answer->set_ticket(lease->ticket);
+                }
                 spdlog::debug("{}: lease {} took {:.3f} s", lease->job, lease->id, result.seconds);
             }
         } catch (const std::exception& error) {
@@ -353,8 +380,41 @@ void Worker::RenderThread() {
         if (!message.has_result()) {
             message.mutable_lease_return()->add_lease_ids(lease->id);
         }
-        lease->stream->Send(std::move(message));
+        if (message.result().ticket().empty()) {
+            lease->stream->Send(std::move(message));
+        } else {
+            Answer(message);
+        }
         leases_.Finish(*lease);
+    }
+}
+
+// Streams are used without the lock: they may tell of their end on this thread.
+void Worker::Answer(const v1::WorkRequest& message) {
+    std::shared_ptr<WorkStream> stream;
+    {
+        const std::lock_guard lock(mutex_);
+        kept_.Keep(message);
+        stream = answers_to_;
+    }
+    if (stream) {
+        stream->Send(message);
+    }
+}
+
+void Worker::SendKept() {
+    std::shared_ptr<WorkStream> stream;
+    std::vector<v1::WorkRequest> kept;
+    {
+        const std::lock_guard lock(mutex_);
+        stream = answers_to_ = stream_;
+        kept = kept_.All();
+    }
+    if (!kept.empty()) {
+        spdlog::info("hands in {} results that were not acknowledged", kept.size());
+    }
+    for (auto& message : kept) {
+        stream->Send(std::move(message));
     }
 }
 

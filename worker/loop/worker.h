@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "relume/v1/work.grpc.pb.h"
 #include "worker/loop/blob_cache.h"
 #include "worker/loop/job_scenes.h"
+#include "worker/loop/kept_results.h"
 #include "worker/loop/lease_queue.h"
 #include "worker/loop/scene_loader.h"
 #include "worker/loop/work_stream.h"
@@ -32,7 +34,8 @@ struct WorkerOptions {
 };
 
 // Works for one server until told to stop: takes leases, renders them, sends results; reconnects
-// for ever when the server is away.
+// for ever when the server is away. What runs meanwhile is finished, and handed in afterwards with
+// all else that the server has not acknowledged.
 class Worker {
   public:
     // Throws kInvalidArgument if a join token would cross a network in the clear.
@@ -77,6 +80,10 @@ class Worker {
     void ReturnLeases(const std::vector<std::uint64_t>& ids);
     void SendProblem(const std::string& job, const std::string& message, bool transient);
     void Send(v1::WorkRequest message);
+    // Keeps an answer until it is acknowledged, and sends it if there is somebody to send it to.
+    void Answer(const v1::WorkRequest& message);
+    // All that was kept goes to the stream that is open now, as will what is kept from here on.
+    void SendKept();
 
     WorkerOptions options_;
     std::shared_ptr<grpc::Channel> channel_;
@@ -89,15 +96,18 @@ class Worker {
 
     // Of the control thread.
     double report_seconds_ = 1;
-    bool welcomed_ = false;  // by the current stream
-    bool let_in_ = false;    // by any stream
-    bool draining_ = false;  // no more leases wanted from it
-    bool leaving_ = false;   // for good
+    std::optional<TimePoint> stale_until_;  // what runs of earlier streams is given up then
+    bool welcomed_ = false;                 // by the current stream
+    bool let_in_ = false;                   // by any stream
+    bool draining_ = false;                 // no more leases wanted from it
+    bool leaving_ = false;                  // for good
 
     std::mutex mutex_;  // guards all below
     std::condition_variable posted_;
     std::deque<Event> inbox_;
     std::shared_ptr<WorkStream> stream_;
+    std::shared_ptr<WorkStream> answers_to_;  // stream_, once it is welcomed
+    KeptResults kept_;
 };
 
 }  // namespace relume::worker

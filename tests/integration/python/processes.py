@@ -35,12 +35,27 @@ class Farm:
     def __init__(self, *server_options, log=None):
         """`log`: a file that gets what the server logs from level info on."""
         self.folder = pathlib.Path(tempfile.mkdtemp())
-        self.server = subprocess.Popen(
-            [BIN / 'relume-server', '--listen', '127.0.0.1:0', '--data', self.folder / 'data',
-             f'--with-parent={os.getpid()}', '--log-level', 'info' if log else 'error', *map(str, server_options)],
-            env=environment(), stdout=subprocess.PIPE, stderr=log, text=True)
-        self.address = self.server.stdout.readline().split()[-1]
+        self.options, self.log = server_options, log
+        self.address = '127.0.0.1:0'
         self.workers = []
+        self.start_server()
+
+    def start_server(self):
+        """The server, on the port and the folder that the one before had."""
+        self.server = subprocess.Popen(
+            [BIN / 'relume-server', '--listen', self.address, '--data', self.folder / 'data',
+             f'--with-parent={os.getpid()}', '--log-level', 'info' if self.log else 'error', *map(str, self.options)],
+            env=environment(), stdout=subprocess.PIPE, stderr=self.log, text=True)
+        line = self.server.stdout.readline()
+        if not line:
+            raise AssertionError(f'the server ended with {self.server.wait()} before it listened')
+        self.address = line.split()[-1]
+
+    def kill_server(self):
+        """SIGKILL."""
+        self.server.kill()
+        self.server.wait()
+        self.server.stdout.close()
 
     def start_worker(self, *options):
         worker = subprocess.Popen(

@@ -23,11 +23,12 @@ struct FakeWorkerOptions {
     std::uint32_t version = kProtocolVersion;
     std::string build = kBuild;
     std::uint32_t credits = 3;
-    int die_after = -1;   // results; then the connection breaks with leases in hand
-    int wrong_until = 0;  // so many results are wrong
-    int short_until = 0;  // so many results come with a sample too few, of those that are kept
-    std::string problem;  // says this of every job instead of rendering
-    bool hold = false;    // takes leases and never answers
+    int die_after = -1;    // results; then the connection breaks with leases in hand
+    int stall_after = -1;  // results; then no lease is answered any more
+    int wrong_until = 0;   // so many results are wrong
+    int short_until = 0;   // so many results come with a sample too few, of those that are kept
+    std::string problem;   // says this of every job instead of rendering
+    bool hold = false;     // takes leases and never answers
 };
 
 // A worker that renders pseudo samples, one lease at a time, on a thread of its own.
@@ -49,6 +50,9 @@ class FakeWorker {
     }
     int leases() const { return leases_; }
     int revoked() const { return revoked_; }
+    int acknowledged() const { return acknowledged_; }
+    // Waits until so many answers are acknowledged.
+    void WaitForAcknowledged(int count) { WaitFor(&acknowledged_, count); }
     bool drained() const { return drained_; }
     int jobs_over() const { return jobs_over_; }
     // Waits until the server has said of so many jobs that they are over.
@@ -94,6 +98,9 @@ class FakeWorker {
                 if (options_.hold || !options_.problem.empty()) {
                     continue;
                 }
+                if (options_.stall_after >= 0 && results >= options_.stall_after) {
+                    continue;
+                }
                 if (results == options_.die_after) {
                     context_.TryCancel();
                     break;
@@ -105,6 +112,9 @@ class FakeWorker {
                 ++results;
             } else if (message.has_revoke()) {
                 revoked_ += message.revoke().lease_ids_size();
+            } else if (message.has_acknowledge()) {
+                acknowledged_ += message.acknowledge().tickets_size();
+                acknowledged_.notify_all();
             } else if (message.has_job_over()) {
                 ++jobs_over_;
                 jobs_over_.notify_all();
@@ -118,6 +128,7 @@ class FakeWorker {
         ended_.notify_all();
     }
 
+  public:
     static v1::WorkRequest Render(const v1::Lease& lease, bool wrong) {
         TileResult tile = PseudoRender(codec::TaskFromLease(lease));
         if (wrong) {
@@ -131,9 +142,14 @@ class FakeWorker {
         result->set_rays(tile.rays);
         result->set_seconds(tile.seconds);
         result->set_epoch(lease.epoch());
+        result->set_unit(lease.unit());
+        if (!lease.keep_samples()) {
+            result->set_ticket(lease.ticket());
+        }
         return message;
     }
 
+  private:
     static v1::WorkRequest Samples(const v1::Lease& lease, bool one_less) {
         const TileTask task = codec::TaskFromLease(lease);
         std::vector<SampleRecord> records;
@@ -157,7 +173,7 @@ class FakeWorker {
     FakeWorkerOptions options_;
     std::unique_ptr<v1::WorkerService::Stub> stub_;
     grpc::ClientContext context_;
-    std::atomic<int> leases_{0}, revoked_{0}, jobs_over_{0};
+    std::atomic<int> leases_{0}, revoked_{0}, jobs_over_{0}, acknowledged_{0};
     std::atomic<bool> drained_{false}, ended_{false};
     grpc::Status status_;
     std::thread thread_;

@@ -116,6 +116,8 @@ TEST(BudgetedPlanner, NoPixelGetsMoreThanTheMost) {
 class Insatiable final : public Planner {
   public:
     std::string Describe() const override { return "insatiable"; }
+    std::string Save() const override { return {}; }
+    void Restore(std::string_view) override {}
     FilmView View() const override { return FilmView::kNothing; }
     Plan NextPass(const PlanInput& input) override {
         const std::size_t n = input.film.pixel_count();
@@ -223,6 +225,8 @@ class Slow final : public Planner {
   public:
     explicit Slow(double* now) : now_(now) {}
     std::string Describe() const override { return "slow"; }
+    std::string Save() const override { return {}; }
+    void Restore(std::string_view) override {}
     FilmView View() const override { return FilmView::kLagging; }
     Plan NextPass(const PlanInput& input) override {
         *now_ += 3;

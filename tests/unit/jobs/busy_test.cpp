@@ -28,6 +28,8 @@ class WithBarrier final : public Planner {
   public:
     explicit WithBarrier(std::unique_ptr<Planner> planner) : planner_(std::move(planner)) {}
     std::string Describe() const override { return planner_->Describe(); }
+    std::string Save() const override { return {}; }
+    void Restore(std::string_view) override {}
     FilmView View() const override { return FilmView::kWhole; }
     Plan NextPass(const PlanInput& input) override { return planner_->NextPass(input); }
 

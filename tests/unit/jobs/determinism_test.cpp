@@ -67,6 +67,37 @@ TEST_P(Farm, BitsDoNotDependOnLossesDuplicatesAndDelays) {
     }
 }
 
+TEST_P(Farm, BitsDoNotDependOnTheServersDeath) {
+    const FarmRun reference = Render(16, {.workers = 1}, 1);
+    std::uint32_t restarts = 0, most = 0;
+    for (const std::uint32_t seed : {1u, 2u, 3u, 4u, 5u, 6u}) {
+        const FarmRun run = Render(16,
+                                   {.workers = 3,
+                                    .lose = 0.02,
+                                    .twice = 0.1,
+                                    .leave = 0.01,
+                                    .slow = 0.1,
+                                    .copy = 0.1,
+                                    .kill = 0.03},
+                                   seed);
+        ExpectSameFilm(run, reference, fmt::format("seed {}", seed));
+        restarts += run.info.restarts;
+        most = std::max(most, run.info.restarts);
+        EXPECT_EQ(run.info.samples_done, reference.info.samples_done);
+        EXPECT_EQ(run.info.bad_samples, reference.info.bad_samples);
+        EXPECT_EQ(run.info.rays, reference.info.rays);
+        ASSERT_EQ(run.info.passes.size(), reference.info.passes.size());
+        for (std::size_t i = 0; i < run.info.passes.size(); ++i) {
+            EXPECT_EQ(run.info.passes[i].samples, reference.info.passes[i].samples);
+            EXPECT_EQ(run.info.passes[i].relmse, reference.info.passes[i].relmse);
+        }
+        ASSERT_TRUE(run.info.audit);
+        EXPECT_EQ(run.info.audit->problem, "");
+    }
+    EXPECT_GT(restarts, 8u);
+    EXPECT_GT(most, 1u);
+}
+
 TEST_P(Farm, EverySampleIsCountedOnce) {
     const FarmRun run =
         Render(16, {.workers = 3, .lose = 0.03, .twice = 0.2, .leave = 0.01, .slow = 0.1}, 5);
@@ -87,6 +118,11 @@ TEST_P(Farm, EverySampleIsCountedOnce) {
     EXPECT_GT(run.info.results_duplicate, 0u);
     EXPECT_GT(run.info.leases_reissued, 0u);
     EXPECT_GT(run.info.leases_issued, run.info.leases_reissued);
+    ASSERT_TRUE(run.info.audit);
+    EXPECT_EQ(run.info.audit->problem, "");
+    EXPECT_EQ(run.info.audit->samples, run.info.samples_done);
+    EXPECT_EQ(run.info.audit->film_samples, run.info.samples_done);
+    EXPECT_GT(run.info.audit->ranges, 0u);
 }
 
 std::string SamplerName(const testing::TestParamInfo<const char*>& tested) {

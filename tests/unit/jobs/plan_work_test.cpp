@@ -27,6 +27,8 @@ class Scripted final : public Planner {
     using Script = std::function<Plan(const PlanInput&)>;
     Scripted(FilmView view, Script script) : view_(view), script_(std::move(script)) {}
     std::string Describe() const override { return "scripted"; }
+    std::string Save() const override { return {}; }
+    void Restore(std::string_view) override {}
     FilmView View() const override { return view_; }
     Plan NextPass(const PlanInput& input) override { return script_(input); }
 

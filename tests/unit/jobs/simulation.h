@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/error.h"
 #include "server/jobs/job_queue.h"
 #include "tests/unit/jobs/plan_now.h"
 #include "tests/unit/jobs/pseudo_renderer.h"
@@ -22,6 +23,55 @@ struct FarmHabits {
     double hand_back = 0;  // returned unrendered
     double wrong = 0;      // answered wrongly
     double slow = 0;       // answered only after the deadline
+    double copy = 0;       // a copy of job and film is begun
+    double kill = 0;       // the server is gone, and goes on from the last whole copy
+};
+
+// A job's copies as a server would keep them: the last whole one, and one that is being made.
+class SimulatedDisk {
+  public:
+    void Begin(JobQueue* queue) {
+        auto tiles = std::make_shared<std::map<std::size_t, std::string>>();
+        auto checkpoint = queue->BeginCopy("jobs/a", [tiles](std::size_t tile, std::string bytes) {
+            if (!tiles->emplace(tile, std::move(bytes)).second) {
+                throw Error(ErrorCode::kInternal, "a tile came twice");
+            }
+        });
+        if (checkpoint) {
+            making_ = Copy{checkpoint->info, EncodeCheckpoint(*checkpoint), tiles};
+        }
+    }
+    void GoOn(JobQueue* queue) {
+        if (making_ && !queue->CopyTiles("jobs/a", 1)) {
+            whole_ = std::exchange(making_, {});
+        }
+    }
+    // What a server that starts again knows.
+    SavedJob Load(const JobInfo& now, std::uint64_t last_event) {
+        making_.reset();
+        SavedJob saved{whole_ ? whole_->info : now, last_event, {}, {}};
+        if (whole_) {
+            saved.checkpoint = DecodeCheckpoint(whole_->checkpoint);
+            const Checkpoint& c = *saved.checkpoint;
+            saved.film = std::make_shared<Film>(c.window, c.display_width, c.display_height);
+            const auto rects = CutIntoTiles(c.window, c.tile_size);
+            if (whole_->tiles->size() != rects.size()) {
+                throw Error(ErrorCode::kInternal, "a copy lacks tiles");
+            }
+            for (const auto& [tile, bytes] : *whole_->tiles) {
+                saved.film->LoadTile(rects[tile], bytes);
+            }
+        }
+        return saved;
+    }
+
+  private:
+    struct Copy {
+        JobInfo info;
+        std::string checkpoint;
+        std::shared_ptr<std::map<std::size_t, std::string>> tiles;
+    };
+    std::optional<Copy> whole_, making_;
 };
 
 struct FarmRun {
@@ -36,21 +86,26 @@ inline FarmRun RunFarm(const std::string& sampler, const TileRect& window, int t
         LeaseGrant lease;
         TimePoint ready;
     };
-    JobQueue queue;
+    auto queue_now = std::make_unique<JobQueue>();
+    SimulatedDisk disk;
     TimePoint now{};
     std::mt19937 random(seed);
     const auto chance = [&](double p) { return std::uniform_real_distribution<>()(random) < p; };
-    JobSetup setup;
-    setup.window = window;
-    setup.display_width = window.x1;
-    setup.display_height = window.y1;
-    setup.tile_size = tile_size;
-    setup.budgets.samples = budget;
-    setup.planner = MakePlanner(sampler);
-    queue.AddJob("jobs/a", std::move(setup), now);
+    const auto make_setup = [&] {
+        JobSetup setup;
+        setup.window = window;
+        setup.display_width = window.x1;
+        setup.display_height = window.y1;
+        setup.tile_size = tile_size;
+        setup.budgets.samples = budget;
+        setup.planner = MakePlanner(sampler);
+        return setup;
+    };
+    queue_now->AddJob("jobs/a", make_setup(), now);
 
     std::map<WorkerId, std::vector<Held>> workers;
     const auto add_worker = [&] {
+        JobQueue& queue = *queue_now;
         const WorkerId id = queue.AddWorker("w", "class", 1, now);
         queue.SetCredits(id, 3, 0);
         workers[id];
@@ -59,6 +114,7 @@ inline FarmRun RunFarm(const std::string& sampler, const TileRect& window, int t
         add_worker();
     }
     const auto deliver = [&](WorkerId id, const LeaseGrant& lease) {
+        JobQueue& queue = *queue_now;
         TileResult result = PseudoRender(lease.task);
         if (chance(habits.wrong)) {
             result.planes[0] += 1;
@@ -68,8 +124,23 @@ inline FarmRun RunFarm(const std::string& sampler, const TileRect& window, int t
             queue.AddResult(id, lease.id, lease.job, result, now);
         }
     };
-    for (int step = 0; step < 200'000 && !IsOver(queue.Get("jobs/a").state); ++step) {
+    for (int step = 0; step < 200'000 && !IsOver(queue_now->Get("jobs/a").state); ++step) {
         now += FromSeconds(0.05);
+        if (chance(habits.kill)) {
+            SavedJob saved =
+                disk.Load(queue_now->Get("jobs/a"), queue_now->LastEvent("jobs/a") + 100);
+            queue_now = std::make_unique<JobQueue>();
+            queue_now->RestoreJob(std::move(saved), make_setup(), now);
+            workers.clear();
+            for (int i = 0; i < habits.workers; ++i) {
+                add_worker();
+            }
+        }
+        JobQueue& queue = *queue_now;
+        if (chance(habits.copy)) {
+            disk.Begin(&queue);
+        }
+        disk.GoOn(&queue);
         std::vector<WorkerId> ids;
         for (const auto& [id, held] : workers) {
             ids.push_back(id);
@@ -110,7 +181,7 @@ inline FarmRun RunFarm(const std::string& sampler, const TileRect& window, int t
             return {queue.Get("jobs/a"), work->film};
         }
     }
-    return {queue.Get("jobs/a"), nullptr};
+    return {queue_now->Get("jobs/a"), nullptr};
 }
 
 }  // namespace relume::jobs

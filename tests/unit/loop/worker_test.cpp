@@ -82,8 +82,8 @@ class WorkerTest : public testing::Test {
                                                        FilmChannelNames().end());
         server.Send(message);
     }
-    TileTask SendLease(std::uint64_t id, std::uint32_t first = 0,
-                       const std::string& job = "jobs/a") {
+    TileTask SendLease(std::uint64_t id, std::uint32_t first = 0, const std::string& job = "jobs/a",
+                       const std::string& ticket = "") {
         TileTask task;
         task.rect = {8, 16, 13, 19};
         task.first.assign(task.rect.area(), first);
@@ -94,6 +94,7 @@ class WorkerTest : public testing::Test {
         message.mutable_lease()->set_id(id);
         message.mutable_lease()->set_job(job);
         message.mutable_lease()->set_epoch(3);
+        message.mutable_lease()->set_ticket(ticket);
         server.Send(message);
         return task;
     }
@@ -318,6 +319,36 @@ TEST_F(WorkerTest, ALostConnectionIsMadeAgainAndItsLeasesForgotten) {
     SendLease(1, 0, "jobs/b");  // of the same number as one before
     EXPECT_TRUE(server.Next().has_scene_ready());
     EXPECT_EQ(server.Next().result().lease_id(), 1u);
+}
+
+TEST_F(WorkerTest, WhatIsNotAcknowledgedIsHandedInAgain) {
+    server.AddBlob("a scene");
+    Start();
+    TakeHello();
+    SendJob();
+    SendLease(1, 0, "jobs/a", "ticket-1");
+    EXPECT_TRUE(server.Next().has_scene_ready());
+    const v1::WorkRequest first = server.Next();
+    EXPECT_EQ(first.result().ticket(), "ticket-1");
+    SendLease(2, 4, "jobs/a", "ticket-2");
+    EXPECT_EQ(server.Next().result().ticket(), "ticket-2");
+    v1::WorkResponse message;
+    message.mutable_acknowledge()->add_tickets("ticket-2");
+    server.Send(message);
+    SendLease(3, 8);  // without a ticket: an answer that is not kept
+    EXPECT_EQ(server.Next().result().lease_id(), 3u);
+    server.Break();
+    TakeHello();
+    EXPECT_EQ(server.Next().SerializeAsString(), first.SerializeAsString());
+    message.mutable_acknowledge()->set_tickets(0, "ticket-1");
+    server.Send(message);
+    SendJob();
+    SendLease(4);
+    EXPECT_TRUE(server.Next().has_scene_ready());
+    EXPECT_EQ(server.Next().result().lease_id(), 4u);
+    server.Break();
+    TakeHello();
+    EXPECT_TRUE(server.Next(true).has_report());  // and nothing before it
 }
 
 TEST_F(WorkerTest, AServerThatIsNotThereYetIsWaitedFor) {
