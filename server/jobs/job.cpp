@@ -90,6 +90,7 @@ void Job::Extend(Checkpoint checkpoint, std::shared_ptr<Film> film, JobSetup set
     planner_ = std::make_shared<BudgetedPlanner>(std::move(setup_.planner), setup_.budgets,
                                                  setup_.estimators);
     checkpoint.stop.reset();
+    JobInfo saved = std::move(checkpoint.info);
     try {
         Restore(std::move(checkpoint), std::move(film));
     } catch (...) {
@@ -97,6 +98,15 @@ void Job::Extend(Checkpoint checkpoint, std::shared_ptr<Film> film, JobSetup set
         Release();
         throw;
     }
+    // A film older than the job's end, should the last one not have been saved, lacks samples that
+    // were counted then, and will be again.
+    info_.samples_done = saved.samples_done;
+    info_.rays = saved.rays;
+    info_.bad_samples = saved.bad_samples;
+    info_.relmse = saved.relmse;
+    info_.passes = std::move(saved.passes);
+    info_.workers = std::move(saved.workers);
+    info_.busy_seconds = saved.busy_seconds;
     const Duration idle = now - info_.ended.value_or(now);
     info_.created += idle;
     info_.down += idle;

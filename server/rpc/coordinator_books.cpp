@@ -195,6 +195,7 @@ void Coordinator::ExtendJob(const std::string& name, double spp, Done done) {
 void Coordinator::Extend(const std::string& name, CheckedSpec spec, jobs::SavedJob film,
                          const Done& done) {
     const auto cancel = std::make_shared<CancelToken>();
+    film.checkpoint->info = std::move(film.info);
     queue_.Extend(name, std::move(*film.checkpoint), std::move(film.film), SetupOf(spec, cancel),
                   Now());
     Record& record = records_.at(name);

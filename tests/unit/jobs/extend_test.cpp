@@ -89,6 +89,41 @@ TEST(Extend, AdaptiveGoesOnToTheNewBudget) {
     }
 }
 
+// As after a server whose disk was full, or that died, when the last film was to be saved.
+TEST(Extend, FromAFilmOlderThanTheEndCountsWhatIsInIt) {
+    JobQueue queue;
+    queue.AddJob("jobs/a", SetupOf("uniform", 8), {});
+    const WorkerId worker = queue.AddWorker("early", "class", 1, {});
+    queue.SetCredits(worker, 1, 0);
+    PlanNow(&queue, {});
+    for (int i = 0; i < 3; ++i) {
+        const auto lease = queue.NextLease(worker, {});
+        ASSERT_TRUE(lease);
+        queue.AddResult(worker, lease->id, lease->job, PseudoRender(lease->task), {});
+        PlanNow(&queue, {});
+    }
+    const auto rects = CutIntoTiles(kWindow, 16);
+    const auto film = std::make_shared<Film>(kWindow, kWindow.x1, kWindow.y1);
+    const auto older = queue.BeginCopy("jobs/a", [&](std::size_t tile, const std::string& bytes) {
+        film->LoadTile(rects[tile], bytes);
+    });
+    ASSERT_TRUE(older);
+    while (queue.CopyTiles("jobs/a", 1)) {
+    }
+    Render(&queue);
+    queue.Succeed("jobs/a", {}, {});
+    queue.Extend("jobs/a", *older, film, SetupOf("uniform", 32), {});
+    EXPECT_LT(queue.Get("jobs/a").samples_done, 8 * kWindow.area());
+    const auto extended = Render(&queue);
+    const auto direct = Direct("uniform", 32);
+    ASSERT_NE(extended.film, nullptr);
+    EXPECT_TRUE(std::ranges::equal(extended.film->Plane(0), direct->Plane(0)));
+    const JobInfo info = queue.Get("jobs/a");
+    EXPECT_EQ(info.samples_done, 32 * kWindow.area());
+    ASSERT_TRUE(info.audit);
+    EXPECT_EQ(info.audit->problem, "");
+}
+
 TEST(Extend, OfAJobThatHasNotSucceededIsRefused) {
     JobQueue queue;
     queue.AddJob("jobs/a", SetupOf("uniform", 4), {});
@@ -105,10 +140,10 @@ TEST(Extend, AFilmOfAnotherJobChangesNothing) {
     queue.AddJob("jobs/a", SetupOf("uniform", 4), {});
     const auto work = Render(&queue);
     queue.Succeed("jobs/a", {}, {});
-    EXPECT_THROW(queue.Extend("jobs/a", *work.checkpoint,
-                              std::make_shared<Film>(TileRect{0, 0, 8, 8}, 8, 8),
-                              SetupOf("uniform", 8), {}),
-                 Error);
+    EXPECT_THROW(
+        queue.Extend("jobs/a", *work.checkpoint, std::make_shared<Film>(TileRect{0, 0, 8, 8}, 8, 8),
+                     SetupOf("uniform", 8), {}),
+        Error);
     EXPECT_EQ(queue.Get("jobs/a").state, JobState::kSucceeded);
     EXPECT_TRUE(queue.Get("jobs/a").outcome);
 }
