@@ -105,10 +105,10 @@ TEST(Extend, AFilmOfAnotherJobChangesNothing) {
     queue.AddJob("jobs/a", SetupOf("uniform", 4), {});
     const auto work = Render(&queue);
     queue.Succeed("jobs/a", {}, {});
-    EXPECT_THROW(queue.Extend("jobs/a", *work.checkpoint,
-                              std::make_shared<Film>(TileRect{0, 0, 8, 8}, 8, 8),
-                              SetupOf("uniform", 8), {}),
-                 Error);
+    EXPECT_THROW(
+        queue.Extend("jobs/a", *work.checkpoint, std::make_shared<Film>(TileRect{0, 0, 8, 8}, 8, 8),
+                     SetupOf("uniform", 8), {}),
+        Error);
     EXPECT_EQ(queue.Get("jobs/a").state, JobState::kSucceeded);
     EXPECT_TRUE(queue.Get("jobs/a").outcome);
 }
