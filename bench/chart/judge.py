@@ -4,7 +4,7 @@ from .methods import DEFAULT
 
 # Of a quick run's processor time, from one to the next of the same command on a machine that does other things, too:
 # the default counts as beaten only where it would be with so much less.
-TIME_NOISE = 0.15
+TIME_NOISE = 0.05
 
 
 def lines_of(points, floor):

@@ -1,8 +1,8 @@
 // The filter that chooses: of its candidates the cheapest whose error is as small as the best's.
 //
 // Candidates, cheapest first: none; bilateral:mode=robust on the features that help it; what the
-// network of `net` makes of that and oidn, and of these and nfor (where oidn's weights are absent:
-// of that and nfor, and of these and rd). Each is tried on a sixteenth of the frame and judged
+// network of `net` makes of that and oidn, of these and nfor, and of these and rd (where oidn's
+// weights are absent without that). Each is tried on a sixteenth of the frame and judged
 // there by held-out samples (trial.h). Features are dropped one after the other: one without which
 // the bilateral filter's error is within one standard error of the least so far. Then the cheapest
 // candidate is taken whose error is within one standard error of the best one's (Breiman et al.
@@ -24,6 +24,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <span>
 #include <utility>
 
 #include "core/base/error.h"
@@ -45,16 +46,16 @@ constexpr double kMixCost = 0.6;
 constexpr double kSampleCost = 1.75;
 constexpr std::size_t kBilateral = 1;
 constexpr std::size_t kRd = 2, kNfor = 3, kOidn = 4;
-// Candidates of the network beside that, cheapest first. A third one gained less than a hundredth
-// on scenes that the network was not trained on; there the error was g times as large with the
-// candidate as without (oidn .4, nfor .84; nfor .68, rd .82), for which error falls with time to
-// the power of 0.8 the worth is g^(-1 / 0.8) - 1, over that of g = .7.
+// Candidates of the network beside that, by what they are worth for their time. On scenes that the
+// network was not trained on the error was g times as large with a candidate as without (oidn .4,
+// nfor .84, rd .99; nfor .68, rd .82): as error falls with time to the power of 0.8, the worth is
+// g^(-1 / 0.8) - 1, over that of g = .7.
 struct Other {
     std::size_t slot;
     double worth;  // times `effort`: what it may cost
 };
-constexpr std::array<Other, 2> kWithOidn = {{{kOidn, 3}, {kNfor, 0.4}}};
-constexpr std::array<Other, 2> kWithoutOidn = {{{kNfor, 1}, {kRd, 0.5}}};
+constexpr Other kWithOidn[] = {{kOidn, 3}, {kNfor, 0.4}, {kRd, 0.02}};
+constexpr Other kWithoutOidn[] = {{kNfor, 1}, {kRd, 0.5}};
 // Of the estimate of the error: both halves of a quarter of the frame by the bilateral filter.
 constexpr double kEstimateCost = 0.5;
 // Of what the choice may cost, that the search for features without use may.
@@ -212,8 +213,8 @@ class Auto final : public Denoiser {
   private:
     float effort_, seconds_;  // 0: any
 
-    static const std::array<Other, 2>& Others() {
-        return HasNetSlot(kOidn) ? kWithOidn : kWithoutOidn;
+    static std::span<const Other> Others() {
+        return HasNetSlot(kOidn) ? std::span<const Other>(kWithOidn) : kWithoutOidn;
     }
 
     // What may be spent on what is of that worth, in units of the bilateral filter, which takes
