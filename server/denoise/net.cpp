@@ -1,6 +1,6 @@
 // A small network that says for each pixel how much of each of some filters' images is in its
 // result ("Ours with CNN" of Xing, Chen, Li 2020, section 3.4, whose network says parameters of the
-// filter instead; docs/filters.md has why).
+// filter instead; docs/networks.md has more).
 //
 // A U-Net (Ronneberger et al. 2015) sees the candidates, what they say of their errors, how far
 // they are from the noisy image over its noise, and the features (net_inputs.h). Its outputs are
