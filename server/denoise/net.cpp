@@ -39,7 +39,9 @@ namespace {
 
 constexpr const char* kWeights = "relume_blend";  // their name
 constexpr std::size_t kPixels = 4096;             // a task
-constexpr std::size_t kBilateral = 1;             // its slot
+constexpr std::size_t kBilateral = 1, kOidn = 4;  // their slots
+// Pixels a side: a thinner image is mostly the blackness beyond its border to oidn's network.
+constexpr int kLeastForOidn = 16;
 
 // train/model.py has the same.
 GraphSpec Graph() {
@@ -130,8 +132,9 @@ class Net final : public Denoiser {
         std::array<Result, kNetSlotCount> results;
         NetCandidates candidates{};
         Result out;
+        const bool is_thin = std::min(frame.width, frame.height) < kLeastForOidn;
         for (std::size_t k = 0; k < kNetSlotCount; ++k) {
-            if (candidates_[k]) {
+            if (candidates_[k] && (k != kOidn || !is_thin)) {
                 results[k] = RunDenoiser(*candidates_[k], frame, cancel);
                 candidates[k] = &results[k];
             }
