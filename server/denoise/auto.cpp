@@ -44,8 +44,6 @@ namespace {
 constexpr std::array<double, kNetSlotCount> kCost = {0, 1, 7, 6.7, 3.2};
 constexpr double kMixCost = 0.6;
 constexpr double kSampleCost = 1.75;
-constexpr std::size_t kBilateral = 1;
-constexpr std::size_t kRd = 2, kNfor = 3, kOidn = 4;
 // Candidates of the network beside that, by what they are worth for their time. On scenes that the
 // network was not trained on the error was g times as large with a candidate as without (oidn .4,
 // nfor .84, rd .99; nfor .68, rd .82): as error falls with time to the power of 0.8, the worth is
@@ -54,8 +52,8 @@ struct Other {
     std::size_t slot;
     double worth;  // times `effort`: what it may cost
 };
-constexpr Other kWithOidn[] = {{kOidn, 3}, {kNfor, 0.4}, {kRd, 0.02}};
-constexpr Other kWithoutOidn[] = {{kNfor, 1}, {kRd, 0.5}};
+constexpr Other kWithOidn[] = {{kOidnSlot, 3}, {kNforSlot, 0.4}, {kRdSlot, 0.02}};
+constexpr Other kWithoutOidn[] = {{kNforSlot, 1}, {kRdSlot, 0.5}};
 // Of the estimate of the error: both halves of a quarter of the frame by the bilateral filter.
 constexpr double kEstimateCost = 0.5;
 // Of what the choice may cost, that the search for features without use may.
@@ -82,7 +80,7 @@ struct Dropping {
 Dropping DropFeatures(const Frame& frame, const Trial& trial, const Judge& judge, Trial::Run whole,
                       int halves, bool tries, const CancelToken& cancel) {
     Dropping out;
-    const char* name = kNetSlots[kBilateral].filter;
+    const char* name = kNetSlots[kBilateralSlot].filter;
     out.tried.push_back({name, judge.Of(whole), whole.seconds});
     out.run = std::move(whole);
     std::size_t least = 0;
@@ -130,7 +128,7 @@ class Auto final : public Denoiser {
     std::optional<Choice> Choose(const Frame& frame, const CancelToken& cancel) const override {
         Choice choice;
         if (!frame.has_halves() || frame.pixel_count() == 0) {
-            choice.denoiser = MakeDenoiser(kNetSlots[kBilateral].filter);
+            choice.denoiser = MakeDenoiser(kNetSlots[kBilateralSlot].filter);
             choice.reason = "the image has no halves to judge filters by";
             return choice;
         }
@@ -141,17 +139,17 @@ class Auto final : public Denoiser {
             return choice;
         }
         std::array<Trial::Run, kNetSlotCount> runs;
-        const auto bilateral = MakeDenoiser(kNetSlots[kBilateral].filter);
+        const auto bilateral = MakeDenoiser(kNetSlots[kBilateralSlot].filter);
         if (trial.is_small()) {
             Trial::Whole whole = trial.FilterWhole(*bilateral, frame, cancel);
-            runs[kBilateral] = std::move(whole.run);
+            runs[kBilateralSlot] = std::move(whole.run);
             choice.base_halves = std::make_shared<FilteredHalves>(std::move(whole.halves));
         } else {
-            runs[kBilateral] = trial.Filter(*bilateral, 2, cancel);
+            runs[kBilateralSlot] = trial.Filter(*bilateral, 2, cancel);
         }
-        std::vector<const Trial::Run*> all = {&runs[kBilateral]};
+        std::vector<const Trial::Run*> all = {&runs[kBilateralSlot]};
         const int halves = effort_ > 0 || seconds_ > 0 ? 1 : 2;
-        const double tried_share = halves * trial.share(), second = runs[kBilateral].seconds;
+        const double tried_share = halves * trial.share(), second = runs[kBilateralSlot].seconds;
         double spent = 1 + (trial.is_small() ? 2 : 2 * trial.share() + kEstimateCost);
         std::vector<std::size_t> mixed;
         for (const auto& [k, worth] : Others()) {
@@ -167,15 +165,15 @@ class Auto final : public Denoiser {
         const Judge judge(trial, all, halves);
         const bool tries = trial.tells() && (std::size(kFeatureGroups) - 1) * tried_share <=
                                                 kFeaturesShare * Budget(1, trial.samples(), second);
-        Dropping dropping =
-            DropFeatures(frame, trial, judge, std::move(runs[kBilateral]), halves, tries, cancel);
-        runs[kBilateral] = std::move(dropping.run);
+        Dropping dropping = DropFeatures(frame, trial, judge, std::move(runs[kBilateralSlot]),
+                                         halves, tries, cancel);
+        runs[kBilateralSlot] = std::move(dropping.run);
 
         std::vector<Tried> tried = {{"none", judge.OfNone(), 0}};
         std::vector<std::size_t> stands = {0, 1 + dropping.taken};
         std::ranges::move(dropping.tried, std::back_inserter(tried));
-        std::array<const Trial::Run*, kNetSlotCount> parts = {nullptr, &runs[kBilateral]};
-        double seconds = runs[kBilateral].seconds;
+        std::array<const Trial::Run*, kNetSlotCount> parts = {nullptr, &runs[kBilateralSlot]};
+        double seconds = runs[kBilateralSlot].seconds;
         for (const std::size_t added : mixed) {
             parts[added] = &runs[added];
             seconds += runs[added].seconds;
@@ -214,7 +212,7 @@ class Auto final : public Denoiser {
     float effort_, seconds_;  // 0: any
 
     static std::span<const Other> Others() {
-        return HasNetSlot(kOidn) ? std::span<const Other>(kWithOidn) : kWithoutOidn;
+        return HasNetSlot(kOidnSlot) ? std::span<const Other>(kWithOidn) : kWithoutOidn;
     }
 
     // What may be spent on what is of that worth, in units of the bilateral filter, which takes
@@ -234,7 +232,7 @@ class Auto final : public Denoiser {
     std::string Untried(double samples) const {
         const Other& first = Others()[0];
         if (1 + kCost[first.slot] + kMixCost > Budget(first.worth, samples, 0)) {
-            return kNetSlots[kBilateral].filter;
+            return kNetSlots[kBilateralSlot].filter;
         }
         NetParts parts = {true, true};
         parts[first.slot] = true;

@@ -4,26 +4,13 @@
 #include <cmath>
 #include <utility>
 
-#include "core/base/parallel.h"
+#include "server/denoise/each_pixel.h"
 
 namespace relume::denoise {
 namespace {
 
-constexpr std::size_t kPixels = 4096;  // a task
 constexpr float kAlbedoFloor = 0.03f;
 constexpr float kMostLog = 16, kMostNoise = 4;
-
-template <class Body>
-void ForEachPixel(std::size_t size, Body body) {
-    ParallelFor(0, size, kPixels, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            body(i);
-        }
-    });
-}
-
-// The lesser; `most` also for what is no number.
-float AtMost(float most, float x) { return x < most ? x : most; }
 
 void Demodulate(const Frame& frame, KpcnInputs* inputs) {
     for (std::size_t c = 0; c < 3; ++c) {

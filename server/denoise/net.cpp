@@ -21,7 +21,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <memory>
 #include <sstream>
 #include <utility>
@@ -33,13 +32,13 @@
 #include "server/denoise/net_printed.h"
 #include "server/denoise/network/network.h"
 #include "server/denoise/network/weights.h"
+#include "server/denoise/oidn_networks.h"
 
 namespace relume::denoise {
 namespace {
 
 constexpr const char* kWeights = "relume_blend";  // their name
 constexpr std::size_t kPixels = 4096;             // a task
-constexpr std::size_t kBilateral = 1, kOidn = 4;  // their slots
 // Pixels a side: a thinner image is mostly the blackness beyond its border to oidn's network.
 constexpr int kLeastForOidn = 16;
 
@@ -118,7 +117,7 @@ class Net final : public Denoiser {
     Net(const NetParts& parts, std::string without) : parts_(parts), without_(std::move(without)) {
         for (std::size_t k = 0; k < kNetSlotCount; ++k) {
             if (parts[k]) {
-                const bool blind = k == kBilateral && !without_.empty();
+                const bool blind = k == kBilateralSlot && !without_.empty();
                 candidates_[k] =
                     MakeDenoiser(fmt::format("{}{}{}", kNetSlots[k].filter,
                                              blind ? ",without=" : "", blind ? without_ : ""));
@@ -134,7 +133,7 @@ class Net final : public Denoiser {
         Result out;
         const bool is_thin = std::min(frame.width, frame.height) < kLeastForOidn;
         for (std::size_t k = 0; k < kNetSlotCount; ++k) {
-            if (candidates_[k] && (k != kOidn || !is_thin)) {
+            if (candidates_[k] && (k != kOidnSlot || !is_thin)) {
                 results[k] = RunDenoiser(*candidates_[k], frame, cancel);
                 candidates[k] = &results[k];
             }
@@ -173,7 +172,7 @@ NetParts ParseParts(const std::string& text) {
     NetParts parts = {true, true};
     std::istringstream words(text == "none" ? "" : text);
     for (std::string word; std::getline(words, word, '-');) {
-        std::size_t k = kBilateral + 1;
+        std::size_t k = kBilateralSlot + 1;
         while (k < kNetSlotCount && word != kNetSlots[k].name) {
             ++k;
         }
@@ -190,7 +189,7 @@ NetParts ParseParts(const std::string& text) {
 
 std::string JoinNames(const NetParts& parts) {
     std::string names;
-    for (std::size_t k = kBilateral + 1; k < kNetSlotCount; ++k) {
+    for (std::size_t k = kBilateralSlot + 1; k < kNetSlotCount; ++k) {
         if (parts[k]) {
             names += fmt::format("{}{}", names.empty() ? "" : "-", kNetSlots[k].name);
         }
@@ -200,10 +199,7 @@ std::string JoinNames(const NetParts& parts) {
 
 }  // namespace
 
-bool HasNetSlot(std::size_t slot) {
-    return kNetSlots[slot].filter != std::string("oidn") ||
-           !NetworkSource("rt_hdr_calb_cnrm").empty();
-}
+bool HasNetSlot(std::size_t slot) { return slot != kOidnSlot || HasOidnNetworks(); }
 
 std::string NetName(const NetParts& parts, const std::string& without) {
     return fmt::format("net:candidates={}{}{}", JoinNames(parts),

@@ -4,14 +4,13 @@
 #include <cmath>
 #include <utility>
 
-#include "core/base/parallel.h"
+#include "server/denoise/each_pixel.h"
 #include "server/denoise/planes.h"
 
 namespace relume::denoise {
 namespace {
 
-constexpr std::size_t kPixels = 4096;  // a task
-constexpr float kDark = 0.03f;         // radiance; from here down logarithms become linear
+constexpr float kDark = 0.03f;  // radiance; from here down logarithms become linear
 constexpr float kLogScale = 1.0f / 8, kMostLog = 2.0f;
 constexpr float kMostRoot = 2.0f;  // of what is relative, after its square root
 constexpr int kWindow = 2;         // radius, of residuals
@@ -26,17 +25,6 @@ float Root(float squared) {
     return std::min(std::sqrt(std::sqrt(std::max(squared, 0.0f))), kMostRoot);
 }
 
-template <class Value>
-Plane Fill(std::size_t size, Value value) {
-    Plane plane(size);
-    ParallelFor(0, size, kPixels, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            plane[i] = value(i);
-        }
-    });
-    return plane;
-}
-
 float Luminance(float r, float g, float b) { return 0.2126f * r + 0.7152f * g + 0.0722f * b; }
 
 // Noise of features `first` to `first` + 2 of the pixel's mean: root of the mean variance.
@@ -44,7 +32,7 @@ Plane FeatureNoise(const Frame& frame, int first) {
     if (frame.feature_variance[first].empty()) {
         return Plane(frame.pixel_count(), 0.0f);
     }
-    return Fill(frame.pixel_count(), [&](std::size_t i) {
+    return FillPlane(frame.pixel_count(), [&](std::size_t i) {
         float variance = 0;
         for (int f = first; f < first + 3; ++f) {
             variance += frame.feature_variance[f][i];
@@ -61,7 +49,7 @@ Plane DepthSteps(const Frame& frame) {
         return Plane(frame.pixel_count(), 0.0f);
     }
     const auto width = static_cast<std::size_t>(frame.width);
-    return Fill(frame.pixel_count(), [&](std::size_t i) {
+    return FillPlane(frame.pixel_count(), [&](std::size_t i) {
         const float here = depth[i];
         const float right = i % width + 1 < width ? depth[i + 1] : here;
         const float below = i + width < depth.size() ? depth[i + width] : here;
@@ -72,7 +60,7 @@ Plane DepthSteps(const Frame& frame) {
 
 // Squared distance to the noisy image over the noise's variance, each summed over a window.
 Plane Residual(const Frame& frame, const Result& result, const Plane& noise) {
-    const Plane squared = Fill(frame.pixel_count(), [&](std::size_t i) {
+    const Plane squared = FillPlane(frame.pixel_count(), [&](std::size_t i) {
         float sum = 0;
         for (int c = 0; c < 3; ++c) {
             const float difference = result.color[c][i] - frame.color[c][i];
@@ -81,8 +69,9 @@ Plane Residual(const Frame& frame, const Result& result, const Plane& noise) {
         return sum;
     });
     const Plane distance = SumBox(squared, frame.width, frame.height, kWindow);
-    return Fill(frame.pixel_count(),
-                [&](std::size_t i) { return Root(distance[i] / (noise[i] + kLeastVariance)); });
+    return FillPlane(frame.pixel_count(), [&](std::size_t i) {
+        return Root(distance[i] / (noise[i] + kLeastVariance));
+    });
 }
 
 }  // namespace
@@ -109,22 +98,22 @@ std::vector<std::string> NetInputNames() {
 std::vector<Plane> MakeNetInputs(const Frame& frame, const NetCandidates& candidates) {
     const std::size_t size = frame.pixel_count();
     const auto zeros = [&] { return Plane(size, 0.0f); };
-    const Result& base = *candidates[1];
-    const Plane brightness = Fill(size, [&](std::size_t i) {
+    const Result& base = *candidates[kBilateralSlot];
+    const Plane brightness = FillPlane(size, [&](std::size_t i) {
         const float y = Luminance(base.color[0][i], base.color[1][i], base.color[2][i]);
         return y * y + 0.01f;
     });
     std::vector<Plane> inputs;
-    const Plane noise = Fill(size, [&](std::size_t i) {
+    const Plane noise = FillPlane(size, [&](std::size_t i) {
         return frame.variance[0][i] + frame.variance[1][i] + frame.variance[2][i];
     });
     inputs.push_back(
-        Fill(size, [&](std::size_t i) { return Root(noise[i] / (3 * brightness[i])); }));
-    inputs.push_back(frame.count.empty() ? zeros() : Fill(size, [&](std::size_t i) {
+        FillPlane(size, [&](std::size_t i) { return Root(noise[i] / (3 * brightness[i])); }));
+    inputs.push_back(frame.count.empty() ? zeros() : FillPlane(size, [&](std::size_t i) {
         return std::min(std::log2(1 + frame.count[i]) * kLogScale, kMostLog);
     }));
     for (int f = 0; f < kDepth; ++f) {
-        inputs.push_back(frame.feature[f].empty() ? zeros() : Fill(size, [&](std::size_t i) {
+        inputs.push_back(frame.feature[f].empty() ? zeros() : FillPlane(size, [&](std::size_t i) {
             return std::clamp(frame.feature[f][i], -1.0f, 1.0f);
         }));
     }
@@ -135,7 +124,7 @@ std::vector<Plane> MakeNetInputs(const Frame& frame, const NetCandidates& candid
     for (std::size_t k = 0; k < kNetSlotCount; ++k) {
         const Result* candidate = candidates[k];
         for (const int c : {0, 1, 2}) {
-            inputs.push_back(candidate == nullptr ? zeros() : Fill(size, [&](std::size_t i) {
+            inputs.push_back(candidate == nullptr ? zeros() : FillPlane(size, [&](std::size_t i) {
                 return Log(candidate->color[c][i]);
             }));
         }
@@ -144,7 +133,7 @@ std::vector<Plane> MakeNetInputs(const Frame& frame, const NetCandidates& candid
                                                   : Residual(frame, *candidate, summed_noise));
             inputs.push_back(candidate == nullptr || !candidate->error
                                  ? zeros()
-                                 : Fill(size, [&](std::size_t i) {
+                                 : FillPlane(size, [&](std::size_t i) {
                                        return Root((*candidate->error)[i] / brightness[i]);
                                    }));
         }

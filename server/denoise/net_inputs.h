@@ -20,6 +20,8 @@ inline constexpr struct {
                  {"nfor", "nfor"},
                  {"oidn", "oidn"}};
 inline constexpr std::size_t kNetSlotCount = std::size(kNetSlots);
+// Their numbers.
+inline constexpr std::size_t kBilateralSlot = 1, kRdSlot = 2, kNforSlot = 3, kOidnSlot = 4;
 using NetCandidates = std::array<const Result*, kNetSlotCount>;  // null: absent
 
 // Names of the network's inputs, in order. Those of a candidate start with its name and a dot.

@@ -4,28 +4,13 @@
 #include <cmath>
 #include <utility>
 
-#include "core/base/parallel.h"
 #include "server/denoise/bilateral.h"
+#include "server/denoise/each_pixel.h"
 
 namespace relume::denoise {
 namespace {
 
-constexpr std::size_t kPixels = 4096;  // a task
 constexpr float kMostLog = 16, kMostNoise = 4, kMostCount = 2;
-
-template <class Value>
-Plane Fill(std::size_t size, Value value) {
-    Plane plane(size);
-    ParallelFor(0, size, kPixels, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            plane[i] = value(i);
-        }
-    });
-    return plane;
-}
-
-// The lesser; `most` also for what is no number.
-float AtMost(float most, float x) { return x < most ? x : most; }
 
 }  // namespace
 
@@ -40,9 +25,9 @@ std::vector<Plane> MakePrintedNetInputs(const Frame& frame, const Guides& guides
     const auto log = [](float x) { return AtMost(kMostLog, std::log1p(std::max(x, 0.0f))); };
     std::vector<Plane> inputs;
     for (const Plane& color : frame.color) {
-        inputs.push_back(Fill(size, [&](std::size_t i) { return log(color[i]); }));
+        inputs.push_back(FillPlane(size, [&](std::size_t i) { return log(color[i]); }));
     }
-    inputs.push_back(Fill(size, [&](std::size_t i) {
+    inputs.push_back(FillPlane(size, [&](std::size_t i) {
         float radiance = 0, variance = 0;
         for (int c = 0; c < 3; ++c) {
             radiance += std::max(frame.color[c][i], 0.0f) / 3;
@@ -52,19 +37,19 @@ std::vector<Plane> MakePrintedNetInputs(const Frame& frame, const Guides& guides
     }));
     for (int f = 0; f < 7; ++f) {
         const float least = f < 6 ? -1.0f : 0.0f;
-        inputs.push_back(Fill(
+        inputs.push_back(FillPlane(
             size, [&](std::size_t i) { return std::clamp(guides.feature[f][i], least, 1.0f); }));
     }
     constexpr float kChannels[3] = {3, 3, 1};
     for (int g = 0; g < 3; ++g) {
-        inputs.push_back(Fill(size, [&](std::size_t i) {
+        inputs.push_back(FillPlane(size, [&](std::size_t i) {
             const float n = frame.count.empty() ? 1.0f : std::max(frame.count[i], 1.0f);
             return AtMost(kMostNoise, std::sqrt(guides.variance[g][i] / (n * kChannels[g])));
         }));
     }
     const Plane gradient = SobelMagnitude(frame);
-    inputs.push_back(Fill(size, [&](std::size_t i) { return log(gradient[i]); }));
-    inputs.push_back(frame.count.empty() ? Plane(size, 0.0f) : Fill(size, [&](std::size_t i) {
+    inputs.push_back(FillPlane(size, [&](std::size_t i) { return log(gradient[i]); }));
+    inputs.push_back(frame.count.empty() ? Plane(size, 0.0f) : FillPlane(size, [&](std::size_t i) {
         return std::min(std::log2(1 + frame.count[i]) / 8, kMostCount);
     }));
     return inputs;

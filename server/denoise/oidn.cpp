@@ -22,27 +22,19 @@
 #include <memory>
 
 #include "core/base/error.h"
-#include "core/base/parallel.h"
 #include "server/denoise/denoiser.h"
+#include "server/denoise/each_pixel.h"
 #include "server/denoise/oidn_networks.h"
 #include "server/denoise/oidn_transfer.h"
 
 namespace relume::denoise {
 namespace {
 
-constexpr const char *kAlbedoNetwork = "rt_alb", *kNormalNetwork = "rt_nrm";
-
 using ThreePlanes = std::array<Plane, 3>;
 
 template <typename F>
 Plane Map(const Plane& in, const F& f) {
-    Plane out(in.size());
-    ParallelFor(0, in.size(), 1 << 14, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t i = begin; i < end; ++i) {
-            out[i] = f(in[i]);
-        }
-    });
-    return out;
+    return FillPlane(in.size(), [&](std::size_t i) { return f(in[i]); });
 }
 
 float Clamp01(float value) { return std::clamp(value, 0.0f, 1.0f); }
@@ -85,11 +77,11 @@ class Oidn final : public Denoiser {
         }
         main_ = OfSize(features_ == "none"    ? "rt_hdr"
                        : features_ == "noisy" ? "rt_hdr_alb_nrm"
-                                              : "rt_hdr_calb_cnrm");
+                                              : kOidnCleanNetwork);
         CheckOidnNetwork(main_);
         if (features_ == "prefiltered") {
-            CheckOidnNetwork(kAlbedoNetwork);
-            CheckOidnNetwork(kNormalNetwork);
+            CheckOidnNetwork(kOidnAlbedoNetwork);
+            CheckOidnNetwork(kOidnNormalNetwork);
         }
     }
 
@@ -117,12 +109,12 @@ class Oidn final : public Denoiser {
         result.notes["features"] = has_normal ? features_ : has_albedo ? "albedo, noisy" : "none";
         if (has_normal && features_ == "prefiltered") {
             if (!IsClean(frame, kAlbedoR)) {
-                albedo = Prefilter(*LoadOidnNetwork(kAlbedoNetwork), albedo, frame, ToSrgb,
+                albedo = Prefilter(*LoadOidnNetwork(kOidnAlbedoNetwork), albedo, frame, ToSrgb,
                                    FromSrgb, cancel);
             }
             if (!IsClean(frame, kNormalX)) {
                 const auto as_it_is = [](float value) { return value; };
-                normal = Prefilter(*LoadOidnNetwork(kNormalNetwork), normal, frame, as_it_is,
+                normal = Prefilter(*LoadOidnNetwork(kOidnNormalNetwork), normal, frame, as_it_is,
                                    as_it_is, cancel);
             }
         }
@@ -149,7 +141,7 @@ class Oidn final : public Denoiser {
 
   private:
     std::string OfSize(const std::string& name) const {
-        const bool published = size_ == "small" || (size_ == "large" && name == "rt_hdr_calb_cnrm");
+        const bool published = size_ == "small" || (size_ == "large" && name == kOidnCleanNetwork);
         return published ? name + "_" + size_ : name;
     }
 
