@@ -1,4 +1,4 @@
-// relume cancel: ends jobs that are not over.
+// relume cancel: ends jobs that are not over, with an image of what is there.
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -17,14 +17,15 @@ namespace {
 
 struct CancelOptions {
     std::vector<std::string> jobs;
+    bool discard = false;
     ServerOptions server;
 };
 
 int RunCancel(const CancelOptions& options) {
     Client client(RequireServer(options.server));
     for (const auto& name : options.jobs) {
-        const v1::Job job = client.Cancel(name);
-        fmt::print("{}: {}\n", job.name(), StateName(job.state()));
+        const v1::Job job = client.Cancel(name, options.discard);
+        fmt::print("{}: {}\n", job.name(), StateText(job));
     }
     return kExitDone;
 }
@@ -36,7 +37,11 @@ Runner AddCancel(CLI::App* app) {
     app->add_option("JOB", options->jobs, "their names; a job that is over stays as it is")
         ->required()
         ->type_name("NAME");
+    app->add_flag("--discard", options->discard, "at once, and without an image");
     AddServerOption(app, &options->server);
+    app->footer(
+        "The samples that are there are filtered and become the image: `relume watch` tells when\n"
+        "it is there, `relume fetch` gets it, `relume extend` takes the job up again.");
     return [options](Interrupts*) { return RunCancel(*options); };
 }
 

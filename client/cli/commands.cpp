@@ -19,6 +19,9 @@ Runner AddSubmit(CLI::App* app);
 Runner AddWatch(CLI::App* app);
 Runner AddFetch(CLI::App* app);
 Runner AddCancel(CLI::App* app);
+Runner AddPause(CLI::App* app);
+Runner AddResume(CLI::App* app);
+Runner AddUpdate(CLI::App* app);
 Runner AddExtend(CLI::App* app);
 Runner AddJobs(CLI::App* app);
 Runner AddWorkers(CLI::App* app);
@@ -37,8 +40,11 @@ constexpr Command kCommands[] = {
     {"submit", "hand a job to a server", AddSubmit},
     {"watch", "show a job until it is over", AddWatch},
     {"fetch", "get the image of a job", AddFetch},
-    {"cancel", "end jobs", AddCancel},
-    {"extend", "add samples to a job that has succeeded", AddExtend},
+    {"cancel", "end jobs, with an image of what is there", AddCancel},
+    {"pause", "hold jobs until they are resumed", AddPause},
+    {"resume", "let paused jobs go on", AddResume},
+    {"update", "change the priority of jobs", AddUpdate},
+    {"extend", "add samples to a job that has an image", AddExtend},
     {"jobs", "list a server's jobs", AddJobs},
     {"workers", "list a server's workers", AddWorkers},
     {"farm", "run a server and workers on this machine until Ctrl-C", AddFarm},

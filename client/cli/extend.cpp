@@ -1,4 +1,4 @@
-// relume extend: adds samples to a job that has succeeded.
+// relume extend: adds samples to a job that has an image.
 #include <fmt/format.h>
 
 #include <cstdio>

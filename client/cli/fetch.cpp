@@ -1,4 +1,4 @@
-// relume fetch: the image of a job that has succeeded.
+// relume fetch: the image of a job that has one.
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -31,7 +31,7 @@ int RunFetch(const FetchOptions& options, Interrupts* interrupts) {
     const Interrupts::Guard guard(interrupts, [&] { client.Interrupt(); });
     CheckOutputs(options.output);
     const v1::Job job = client.Get(options.job);
-    RequireSuccess(job);
+    RequireImage(job);
     ReportFacts facts;
     facts.scene = codec::FromProto(job.spec().scene());
     facts.job = facts.total = SecondsBetween(job.create_time(), job.end_time());

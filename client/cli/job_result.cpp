@@ -22,10 +22,21 @@ void RequireSuccess(const v1::Job& job) {
         throw CommandError(kExitJob, fmt::format("{} is not over, it is {}; see `relume watch {}`",
                                                  job.name(), StateName(job.state()), job.name()));
     }
-    const bool failed = job.state() == v1::JOB_STATE_FAILED;
+    if (job.state() == v1::JOB_STATE_FAILED) {
+        throw CommandError(kExitJob, fmt::format("{} has failed: {}", job.name(), job.message()));
+    }
     throw CommandError(kExitJob,
-                       fmt::format("{} {}{}", job.name(), failed ? "has failed" : "was cancelled",
-                                   failed ? ": " + job.message() : ""));
+                       job.result_size() == 0
+                           ? fmt::format("{} was cancelled", job.name())
+                           : fmt::format("{} was cancelled at {:.2f} spp; `relume fetch {} -o "
+                                         "FILE` gets the image of these",
+                                         job.name(), MeanSpp(job), job.name()));
+}
+
+void RequireImage(const v1::Job& job) {
+    if (job.state() != v1::JOB_STATE_CANCELLED || job.result_size() == 0) {
+        RequireSuccess(job);
+    }
 }
 
 void SaveResult(Client* client, const v1::Job& job, const OutputOptions& output,
@@ -83,6 +94,10 @@ nlohmann::ordered_json JobJson(const v1::Job& job) {
     return {{"job", job.name()},
             {"name", job.spec().display_name()},
             {"state", StateName(job.state())},
+            {"paused", job.paused()},
+            {"priority", job.spec().priority()},
+            {"owner", job.spec().owner()},
+            {"share", OrNull(job.has_share(), job.share())},
             {"message", job.message()},
             {"scene", job.spec().scene().main()},
             {"width", settings.width()},

@@ -11,8 +11,10 @@ namespace relume::client {
 
 // Throws CommandError with the job's own words unless it has succeeded.
 void RequireSuccess(const v1::Job& job);
+// Likewise unless it has an image: of a job that was cancelled, too, if it had samples.
+void RequireImage(const v1::Job& job);
 
-// Fetches the result of a succeeded job and puts it where the user wants it. Image, view and report
+// Fetches the result of a job and puts it where the user wants it. Image, view and report
 // appear when all of them are whole. Completes `facts` (output, fetch, total: what passed before,
 // and the fetching).
 void SaveResult(Client* client, const v1::Job& job, const OutputOptions& output,

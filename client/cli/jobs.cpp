@@ -3,6 +3,7 @@
 
 #include <cstdio>
 #include <memory>
+#include <string>
 
 #include "client/cli/commands.h"
 #include "client/cli/exit_codes.h"
@@ -33,13 +34,14 @@ int RunJobs(const JobsOptions& options) {
         fmt::print("{}\n", json.dump(2));
         return kExitDone;
     }
-    std::vector<std::vector<std::string>> rows{
-        {"JOB", "STATE", "DONE", "SIZE", "SPP", "CREATED", "SCENE", "NAME"}};
+    std::vector<std::vector<std::string>> rows{{"JOB", "STATE", "PRIORITY", "OWNER", "SHARE",
+                                                "DONE", "SIZE", "SPP", "CREATED", "SCENE", "NAME"}};
     for (const auto& job : jobs) {
         const auto share = job.state() == v1::JOB_STATE_SUCCEEDED ? 1 : ShareDone(job);
         const auto& settings = job.spec().settings();
-        rows.push_back({job.name(),
-                        StateName(job.state()) + (job.held().empty() ? "" : " (paused)"),
+        rows.push_back({job.name(), StateText(job) + (job.held().empty() ? "" : " (held)"),
+                        std::to_string(job.spec().priority()), job.spec().owner(),
+                        job.has_share() ? fmt::format("{:.0f}%", 100 * job.share()) : "-",
                         share ? fmt::format("{:.0f}%", 100 * *share) : "-",
                         fmt::format("{}x{}", settings.width(), settings.height()),
                         fmt::format("{:.2f}", MeanSpp(job)), FormatTime(job.create_time()),

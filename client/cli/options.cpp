@@ -89,10 +89,24 @@ void AddJobOptions(CLI::App* app, JobOptions* options) {
                     "side of the units of work in pixels, 8 to 64; no matter to the image [32]")
         ->check(Between(8, 64))
         ->type_name("N");
+    AddPriorityOption(app, &options->priority);
+    app->add_option("--owner", options->owner,
+                    "whose share of a server's workers it takes, where certificates do not tell "
+                    "[USER@HOST]")
+        ->type_name("NAME");
     app->add_option("--layers", options->layers,
                     "basic, or all: also the two halves and the features' variances [basic]")
         ->check(CLI::IsMember({"basic", "all"}).description(""))
         ->type_name("SET");
+}
+
+CLI::Option* AddPriorityOption(CLI::App* app, int* priority) {
+    return app
+        ->add_option(
+            "--priority", *priority,
+            "-100 to 100: jobs of a higher one come first, those of one share the farm [0]")
+        ->check(Between(-100, 100))
+        ->type_name("N");
 }
 
 void AddBudgetOptions(CLI::App* app, BudgetOptions* options) {

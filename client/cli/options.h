@@ -54,8 +54,11 @@ struct JobOptions {
     bool keep_samples = false;
     int tile_size = 32;
     std::string layers = "basic";
+    int priority = 0;
+    std::string owner;  // "": as UserAtHost
 };
 void AddJobOptions(CLI::App* app, JobOptions* options);
+CLI::Option* AddPriorityOption(CLI::App* app, int* priority);
 // --time and --shutter.
 void AddTimeOptions(CLI::App* app, std::optional<float>* time, std::optional<float>* shutter);
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "client/cli/exit_codes.h"
+#include "client/lib/user_name.h"
 #include "core/base/error.h"
 #include "proto/codec/budgets.h"
 #include "proto/codec/codec.h"
@@ -142,6 +143,8 @@ PreparedJob PrepareJob(const JobOptions& options) {
     job.spec.set_all_layers(options.layers == "all");
     job.spec.set_keep_samples(options.keep_samples);
     job.spec.set_display_name(options.name);
+    job.spec.set_priority(options.priority);
+    job.spec.set_owner(options.owner.empty() ? UserAtHost() : options.owner);
     return job;
 }
 

@@ -117,13 +117,13 @@ std::optional<double> ShareDone(const v1::Job& job) {
 }
 
 std::string FormatProgress(const v1::Job& job, std::optional<double> rate) {
-    std::string text = StateName(job.state());
+    std::string text = StateText(job);
     if (job.state() == v1::JOB_STATE_RENDERING || job.state() == v1::JOB_STATE_FILTERING) {
         const std::string details = Details(job, rate);
         text += details.empty() ? "" : ": " + details;
     }
     if (!job.held().empty()) {
-        text += ", paused: " + job.held();
+        text += ", held: " + job.held();
     }
     return text;
 }
@@ -137,9 +137,9 @@ std::string FormatBar(const v1::Job& job, std::optional<double> rate, int column
     }
     std::string text = fmt::format("[{}] {}", bar, Details(job, rate));
     if (!job.held().empty()) {
-        text += ", paused: " + job.held();
-    } else if (job.state() != v1::JOB_STATE_RENDERING) {
-        text += std::string(text.ends_with(' ') ? "" : ", ") + StateName(job.state());
+        text += ", held: " + job.held();
+    } else if (job.state() != v1::JOB_STATE_RENDERING || job.paused()) {
+        text += std::string(text.ends_with(' ') ? "" : ", ") + StateText(job);
     }
     return text.substr(0, static_cast<std::size_t>(std::max(0, columns)));
 }

@@ -50,7 +50,7 @@ v1::JobSpec WithTimeLeft(v1::JobSpec spec, double elapsed, double save_seconds) 
     if (!local && !job.empty()) {
         client->Resume();
         try {
-            client->Cancel(job);
+            client->Cancel(job, true);
             outcome += "; " + job + " was cancelled";
         } catch (const Error& error) {
             outcome += fmt::format("; {} could not be cancelled: {}", job, error.what());

@@ -267,12 +267,41 @@ v1::Job Client::Get(const std::string& name) {
     return response.job();
 }
 
-v1::Job Client::Cancel(const std::string& name) {
+v1::Job Client::Cancel(const std::string& name, bool discard) {
     v1::CancelJobRequest request;
     request.set_name(JobName(name));
+    request.set_discard(discard);
     v1::CancelJobResponse response;
     CallContext context(this, kUnarySeconds);
     Require(jobs_->CancelJob(context.get(), request, &response));
+    return response.job();
+}
+
+v1::Job Client::Pause(const std::string& name) {
+    v1::PauseJobRequest request;
+    request.set_name(JobName(name));
+    v1::PauseJobResponse response;
+    CallContext context(this, kUnarySeconds);
+    Require(jobs_->PauseJob(context.get(), request, &response));
+    return response.job();
+}
+
+v1::Job Client::Continue(const std::string& name) {
+    v1::ResumeJobRequest request;
+    request.set_name(JobName(name));
+    v1::ResumeJobResponse response;
+    CallContext context(this, kUnarySeconds);
+    Require(jobs_->ResumeJob(context.get(), request, &response));
+    return response.job();
+}
+
+v1::Job Client::SetPriority(const std::string& name, int priority) {
+    v1::UpdateJobRequest request;
+    request.set_name(JobName(name));
+    request.set_priority(priority);
+    v1::UpdateJobResponse response;
+    CallContext context(this, kUnarySeconds);
+    Require(jobs_->UpdateJob(context.get(), request, &response));
     return response.job();
 }
 

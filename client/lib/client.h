@@ -44,8 +44,13 @@ class Client {
     v1::Job Create(const v1::JobSpec& spec);
 
     v1::Job Get(const std::string& name);
-    v1::Job Cancel(const std::string& name);
-    // Makes a job that has succeeded go on to `spp` samples a pixel.
+    // `discard`: no image is made of what is there.
+    v1::Job Cancel(const std::string& name, bool discard);
+    v1::Job Pause(const std::string& name);
+    // Of a paused job.
+    v1::Job Continue(const std::string& name);
+    v1::Job SetPriority(const std::string& name, int priority);
+    // Makes a job that has an image go on to `spp` samples a pixel.
     v1::Job Extend(const std::string& name, double spp);
     // Newest first, at most `limit`.
     std::vector<v1::Job> List(std::size_t limit);

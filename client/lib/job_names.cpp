@@ -35,6 +35,13 @@ std::string StateName(v1::JobState state) {
     }
 }
 
+std::string StateText(const v1::Job& job) {
+    if (!IsOver(job.state()) && job.stop_reason() == v1::STOP_REASON_CANCELLED) {
+        return "cancelling";
+    }
+    return job.paused() ? "paused" : StateName(job.state());
+}
+
 std::string StopReasonName(v1::StopReason reason) {
     switch (reason) {
         case v1::STOP_REASON_SPP:
@@ -47,6 +54,8 @@ std::string StopReasonName(v1::StopReason reason) {
             return "max-spp";
         case v1::STOP_REASON_SAMPLER:
             return "sampler";
+        case v1::STOP_REASON_CANCELLED:
+            return "cancelled";
         default:
             return "";
     }

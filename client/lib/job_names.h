@@ -14,7 +14,10 @@ bool IsOver(v1::JobState state);
 // "rendering", "succeeded", ...
 std::string StateName(v1::JobState state);
 
-// "spp", "target", "time-limit", "max-spp", "sampler"; "" if it has not stopped.
+// The same, but "paused" and "cancelling" of a job that is.
+std::string StateText(const v1::Job& job);
+
+// "spp", "target", "time-limit", "max-spp", "sampler", "cancelled"; "" if it has not stopped.
 std::string StopReasonName(v1::StopReason reason);
 
 // A random UUID of version 4.

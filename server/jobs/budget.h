@@ -31,7 +31,7 @@ std::string Describe(const Budgets& budgets);
 // Most samples that a pixel may have.
 std::uint32_t PixelCap(const Budgets& budgets);
 
-enum class StopReason { kSamples, kTarget, kTimeLimit, kMaxSpp, kSampler };
+enum class StopReason { kSamples, kTarget, kTimeLimit, kMaxSpp, kSampler, kCancelled };
 
 // Why a job stopped, also in words.
 struct Stop {

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <tuple>
 #include <utility>
 
 #include "core/base/check.h"
@@ -12,7 +11,6 @@
 namespace relume::jobs {
 namespace {
 
-constexpr std::size_t kEventsKept = 256;
 constexpr std::size_t kEventsKeptWhenOver = 16;
 constexpr double kProgressSeconds = 0.2;  // between events that only report progress
 constexpr std::size_t kMaxNotes = 100;
@@ -21,176 +19,19 @@ constexpr std::size_t kMaxOpenPasses = 3;
 
 constexpr std::size_t kMergesAtOnce = 16;  // tiles of a backlog, with each result
 
-// Adds an answer to what the job knows, or takes it out again.
-void Count(const std::string& worker, std::uint64_t samples, const TileResult& result, int sign,
-           JobInfo* info) {
-    const auto add = [sign](std::uint64_t count, std::uint64_t* sum) {
-        *sum += sign > 0 ? count : -count;
-    };
-    add(samples, &info->samples_done);
-    add(result.rays, &info->rays);
-    for (std::size_t k = 0; k < result.pixels.size(); ++k) {
-        add(static_cast<std::uint64_t>(result.planes[kBadCount * result.pixels.size() + k]),
-            &info->bad_samples);
-    }
-    WorkerShare& share = info->workers[worker];
-    add(samples, &share.samples);
-    add(1, &share.leases);
-    share.busy_seconds += sign * result.seconds;
-    info->busy_seconds += sign * result.seconds;
-}
-
 }  // namespace
 
 Job::Job(const std::string& name, std::uint64_t number, JobSetup setup, TimePoint now)
     : setup_(std::move(setup)), events_(kEventsKept) {
     info_.name = name;
     info_.number = number;
+    info_.owner = setup_.owner;
+    info_.priority = setup_.priority;
     info_.samples_budget = setup_.budgets.samples;
     info_.created = now;
     planner_ = std::make_shared<BudgetedPlanner>(std::move(setup_.planner), setup_.budgets,
                                                  setup_.estimators);
     Publish(now);
-}
-
-Job::Job(SavedJob saved, JobSetup setup, TimePoint now)
-    : setup_(std::move(setup)),
-      info_(std::move(saved.info)),
-      events_(kEventsKept, saved.last_event) {
-    info_.samples_budget = setup_.budgets.samples;
-    info_.held.clear();
-    info_.eta.reset();
-    if (IsOver(info_.state)) {
-        Release();
-        Publish(now);
-        return;
-    }
-    ++info_.restarts;
-    planner_ = std::make_shared<BudgetedPlanner>(std::move(setup_.planner), setup_.budgets,
-                                                 setup_.estimators);
-    if (saved.checkpoint) {
-        Restore(std::move(*saved.checkpoint), std::move(saved.film));
-        Proceed(now);
-    } else {
-        JobInfo fresh;
-        fresh.name = info_.name;
-        fresh.number = info_.number;
-        fresh.samples_budget = info_.samples_budget;
-        fresh.created = info_.created;
-        fresh.down = info_.down;
-        fresh.restarts = info_.restarts;
-        info_ = std::move(fresh);
-    }
-    Publish(now);
-}
-
-void Job::Extend(Checkpoint checkpoint, std::shared_ptr<Film> film, JobSetup setup, TimePoint now) {
-    const auto before = std::make_tuple(info_, planner_, setup_);
-    setup_ = std::move(setup);
-    planner_ = std::make_shared<BudgetedPlanner>(std::move(setup_.planner), setup_.budgets,
-                                                 setup_.estimators);
-    checkpoint.stop.reset();
-    JobInfo saved = std::move(checkpoint.info);
-    try {
-        Restore(std::move(checkpoint), std::move(film));
-    } catch (...) {
-        std::tie(info_, planner_, setup_) = before;
-        Release();
-        throw;
-    }
-    // A film older than the job's end, should the last one not have been saved, lacks samples that
-    // were counted then, and will be again.
-    info_.samples_done = saved.samples_done;
-    info_.rays = saved.rays;
-    info_.bad_samples = saved.bad_samples;
-    info_.relmse = saved.relmse;
-    info_.passes = std::move(saved.passes);
-    info_.workers = std::move(saved.workers);
-    info_.busy_seconds = saved.busy_seconds;
-    const Duration idle = now - info_.ended.value_or(now);
-    info_.created += idle;
-    info_.down += idle;
-    info_.samples_budget = setup_.budgets.samples;
-    info_.ended.reset();
-    info_.outcome.reset();
-    info_.audit.reset();
-    info_.stop.reset();
-    info_.message.clear();
-    info_.predicted.reset();
-    info_.state = JobState::kRendering;
-    Proceed(now);
-    Publish(now);
-}
-
-Checkpoint Job::MakeCheckpoint() const {
-    Checkpoint c;
-    c.info = info_;
-    c.window = setup_.window;
-    c.display_width = setup_.display_width;
-    c.display_height = setup_.display_height;
-    c.tile_size = setup_.tile_size;
-    c.passes_planned = passes_planned_;
-    c.units_planned = units_planned_;
-    c.samples_planned = samples_planned_;
-    c.stop = stop_;
-    c.errors = errors_;
-    c.tile_error = tile_error_;
-    c.planner = planner_->Save();
-    c.planned = planned_;
-    c.selector = selector_;
-    c.decisions = decisions_;
-    for (const OpenPass& open : open_) {
-        OpenPassState& state = c.open.emplace_back();
-        state.plan = open.pass->plan();
-        state.plan_seconds = open.plan_seconds;
-        state.image_relmse = open.image_relmse;
-        state.relmse_predicted = open.relmse_predicted;
-        for (std::size_t tile = 0; tile < open.pass->tile_count(); ++tile) {
-            state.merged.push_back(open.pass->MergedLayers(tile));
-            state.error.push_back(open.pass->TileError(tile));
-        }
-        open.pass->ForEachWaiting([&](const Pass::Waiting& waiting) {
-            Count(waiting.worker, waiting.samples, waiting.result, -1, &c.info);
-        });
-    }
-    return c;
-}
-
-void Job::Restore(Checkpoint c, std::shared_ptr<Film> film) {
-    const auto pixels = setup_.window.area();
-    if (!film || c.window != setup_.window || c.tile_size != setup_.tile_size ||
-        film->window() != setup_.window || c.planned->size() != pixels) {
-        throw Error(ErrorCode::kDataLoss, "a saved film does not fit its job");
-    }
-    planner_->Restore(c.planner);
-    film_ = std::move(film);
-    planned_ = std::move(c.planned);
-    selector_ = std::move(c.selector);
-    decisions_ = std::move(c.decisions);
-    passes_planned_ = c.passes_planned;
-    units_planned_ = c.units_planned;
-    samples_planned_ = c.samples_planned;
-    stop_ = std::move(c.stop);
-    errors_ = std::move(c.errors);
-    tile_error_ = std::move(c.tile_error);
-    std::vector<std::shared_ptr<Pass>> passes;
-    std::size_t units = 0;
-    for (const OpenPassState& state : c.open) {
-        passes.push_back(std::make_shared<Pass>(setup_.window, setup_.tile_size, state.plan));
-        passes.back()->Restore(state.merged, state.error);
-        units += passes.back()->unit_count();
-    }
-    if (units > units_planned_) {
-        throw Error(ErrorCode::kDataLoss, "a saved job has more units than were planned");
-    }
-    units_planned_ -= units;
-    for (std::size_t i = 0; i < passes.size(); ++i) {
-        OpenPass* open = OpenWith(std::move(passes[i]));
-        open->plan_seconds = c.open[i].plan_seconds;
-        open->image_relmse = c.open[i].image_relmse;
-        open->relmse_predicted = c.open[i].relmse_predicted;
-    }
-    info_.state = JobState::kRendering;
 }
 
 void Job::Hold(const std::string& why, TimePoint now) {
@@ -199,27 +40,6 @@ void Job::Hold(const std::string& why, TimePoint now) {
         new_work_ = true;
         Publish(now);
     }
-}
-
-std::optional<Checkpoint> Job::BeginCopy(FilmCopy::Sink sink) {
-    if (!film_ || planning_ == Planning::kRunning || info_.state != JobState::kRendering || copy_) {
-        return std::nullopt;
-    }
-    copy_.emplace(setup_.window, setup_.tile_size, std::move(sink));
-    return MakeCheckpoint();
-}
-
-bool Job::CopyTiles(std::size_t count) {
-    if (!copy_) {
-        return false;
-    }
-    for (std::size_t n = 0; n < count; ++n) {
-        if (!copy_->TakeNext(*film_)) {
-            copy_.reset();
-            return false;
-        }
-    }
-    return true;
 }
 
 bool Job::MergedUnit(std::size_t unit) const {
@@ -313,7 +133,7 @@ void Job::Accept(std::size_t unit, const std::string& worker, TileResult result,
     const OpenPass& open = PassOf(unit);
     const std::uint64_t samples = Samples(unit);
     speed_.Add(now, samples);
-    Count(worker, samples, result, 1, &info_);
+    CountAnswer(worker, samples, result, 1, &info_);
     info_.render_seconds = ToSeconds(now - first_lease_.value_or(now));
     pending_.erase(unit);
     open.pass->Accept(Local(unit), std::move(result), worker);
@@ -323,6 +143,24 @@ void Job::Accept(std::size_t unit, const std::string& worker, TileResult result,
     if (ToSeconds(now - last_publish_) >= kProgressSeconds) {
         Publish(now);
     }
+}
+
+void Job::CountAnswer(const std::string& worker, std::uint64_t samples, const TileResult& result,
+                      int sign, JobInfo* info) {
+    const auto add = [sign](std::uint64_t count, std::uint64_t* sum) {
+        *sum += sign > 0 ? count : -count;
+    };
+    add(samples, &info->samples_done);
+    add(result.rays, &info->rays);
+    for (std::size_t k = 0; k < result.pixels.size(); ++k) {
+        add(static_cast<std::uint64_t>(result.planes[kBadCount * result.pixels.size() + k]),
+            &info->bad_samples);
+    }
+    WorkerShare& share = info->workers[worker];
+    add(samples, &share.samples);
+    add(1, &share.leases);
+    share.busy_seconds += sign * result.seconds;
+    info->busy_seconds += sign * result.seconds;
 }
 
 void Job::MergeTile(std::size_t tile) {
@@ -356,16 +194,20 @@ void Job::Proceed(TimePoint now) {
         wants_plan_ = true;
     }
     if (stop_ && open_.empty() && info_.state == JobState::kRendering) {
-        info_.state = JobState::kFiltering;
-        info_.message = stop_->words;
-        info_.stop = stop_->reason;
-        sampled_ = now;
-        copy_.reset();
         info_.audit = Audit();
-        last_ = std::make_shared<const Checkpoint>(MakeCheckpoint());
-        planner_.reset();
-        Publish(now);
+        ComeToFilter(now);
     }
+}
+
+void Job::ComeToFilter(TimePoint now) {
+    info_.state = JobState::kFiltering;
+    info_.message = stop_->words;
+    info_.stop = stop_->reason;
+    sampled_ = now;
+    copy_.reset();
+    last_ = std::make_shared<const Checkpoint>(MakeCheckpoint());
+    planner_.reset();
+    Publish(now);
 }
 
 void Job::EndPass(TimePoint now) {
@@ -437,7 +279,7 @@ bool Job::MayPlan() const {
 }
 
 std::optional<PlanWork> Job::TakePlanWork(TimePoint now) {
-    if (planning_ != Planning::kWanted) {
+    if (planning_ != Planning::kWanted || info_.paused) {
         return std::nullopt;
     }
     planning_ = Planning::kRunning;
@@ -451,7 +293,7 @@ std::optional<PlanWork> Job::TakePlanWork(TimePoint now) {
     work.planner = planner_;
     work.samples_done = info_.samples_done;
     work.samples_per_second = SamplesPerSecond();
-    work.seconds = ToSeconds(now - info_.created);
+    work.seconds = ToSeconds(info_.Used(now));
     work.guide = setup_.guide;
     work.film = film_;
     work.planned = planned_;
@@ -465,6 +307,10 @@ void Job::Planned(PlanResult result, TimePoint now) {
     planning_ = Planning::kNone;
     info_.plan_seconds += result.seconds;
     info_.plan_filter_seconds += result.filter_seconds;
+    if (finishing_) {
+        FinishEarly(now);
+        return;
+    }
     if (!result.failure.empty()) {
         Fail(result.failure, now);
         return;
@@ -528,7 +374,7 @@ ForecastInput Job::Prospects(TimePoint now) const {
     }
     input.pixels = setup_.window.area();
     input.done = info_.samples_done;
-    input.seconds = ToSeconds(now - info_.created);
+    input.seconds = ToSeconds(info_.Used(now));
     input.speed = speed_.Get();
     input.finish_seconds = info_.finish_seconds_predicted;
     input.errors = errors_;
@@ -544,6 +390,9 @@ std::optional<double> Job::SamplesLeft(TimePoint now) const {
 void Job::Expect(TimePoint now) {
     info_.updated = now;
     info_.eta.reset();
+    if (info_.paused) {
+        return;
+    }
     if (info_.state == JobState::kFiltering && sampled_) {
         if (info_.finish_seconds_predicted > 0) {
             const double left =
@@ -604,7 +453,7 @@ void Job::AddNote(const std::string& note, TimePoint now) {
 }
 
 std::optional<SampledImage> Job::TakeSampled() {
-    if (info_.state != JobState::kFiltering || !film_) {
+    if (info_.state != JobState::kFiltering || !film_ || info_.paused) {
         return std::nullopt;
     }
     SampledImage sampled{std::move(film_), std::move(last_)};
@@ -617,13 +466,15 @@ void Job::Succeed(Outcome outcome, TimePoint now) {
         return;
     }
     info_.outcome = std::move(outcome);
-    End(JobState::kSucceeded, info_.message, now);
+    const bool cancelled = info_.stop == StopReason::kCancelled;
+    End(cancelled ? JobState::kCancelled : JobState::kSucceeded, info_.message, now);
 }
 
 void Job::End(JobState state, const std::string& message, TimePoint now) {
     if (IsOver(info_.state)) {
         return;
     }
+    Unpause(now);
     info_.state = state;
     info_.message = message;
     info_.held.clear();
@@ -636,6 +487,7 @@ void Job::End(JobState state, const std::string& message, TimePoint now) {
 // What takes memory. A plan under way keeps what it needs, and its result is dropped.
 void Job::Release() {
     planning_ = Planning::kNone;
+    finishing_ = false;
     copy_.reset();
     last_.reset();
     film_.reset();

@@ -30,6 +30,8 @@ struct JobSetup {
     int display_width = 0, display_height = 0;
     int tile_size = 32;
     bool keep_samples = false;  // in the film
+    std::string owner;          // as in JobInfo
+    int priority = 0;
     Budgets budgets;
     Estimators estimators;
     std::shared_ptr<Planner> planner;
@@ -46,6 +48,7 @@ struct SampledImage {
 struct SavedJob {
     JobInfo info;
     std::uint64_t last_event = 0;          // none had a higher number
+    bool cancelled = false;                // and to be finished with what there is
     std::optional<Checkpoint> checkpoint;  // unset: it starts anew, or is over
     std::shared_ptr<Film> film;            // of the checkpoint
 };
@@ -63,14 +66,22 @@ class Job {
     // One that goes on, or is over. Of one without a checkpoint that is not, only the time that it
     // has used is kept. Throws kDataLoss if the parts of the checkpoint do not fit.
     Job(SavedJob saved, JobSetup setup, TimePoint now);
-    // Makes a job that has succeeded go on from its last checkpoint, within the setup's budgets.
+    // Makes a job that is over go on from its last checkpoint, within the setup's budgets.
     // Throws as above, and leaves the job as it was.
     void Extend(Checkpoint checkpoint, std::shared_ptr<Film> film, JobSetup setup, TimePoint now);
 
     const JobInfo& info() const { return info_; }
     const EventLog& events() const { return events_; }
+    // Asks for samples, or may come to.
     bool active() const {
-        return info_.state == JobState::kQueued || info_.state == JobState::kRendering;
+        return (info_.state == JobState::kQueued || info_.state == JobState::kRendering) &&
+               !finishing_;
+    }
+    // Gets leases, if it has any that wait.
+    bool running() const { return active() && !info_.paused && info_.held.empty(); }
+    // Has taken its film's memory, and has no leases to give yet.
+    bool starting() const {
+        return running() && info_.state == JobState::kRendering && passes_planned_ == 0 && !stop_;
     }
 
     // Asks for the first pass, on the first call alone; the film's memory is not taken before.
@@ -138,6 +149,13 @@ class Job {
     // Why the job makes no progress for now, "" if it does. Leases are not given out meanwhile.
     void Hold(const std::string& why, TimePoint now);
 
+    // Until Resume no leases are given out, no pass is planned and the image is not filtered; what
+    // workers have in hand is still taken. The time does not count. kFailedPrecondition if it is
+    // over, or is being filtered.
+    void Pause(TimePoint now);
+    void Resume(TimePoint now);
+    void SetPriority(int priority, TimePoint now);
+
     // Begins a copy of the film as of now, and answers with what belongs to it. Nothing if there is
     // no film, a plan is being made, or another copy is under way.
     std::optional<Checkpoint> BeginCopy(FilmCopy::Sink sink);
@@ -153,8 +171,11 @@ class Job {
     std::optional<SampledImage> TakeSampled();
     // Ends the job, unless it is over.
     void Succeed(Outcome outcome, TimePoint now);
-    void Fail(const std::string& message, TimePoint now) { End(JobState::kFailed, message, now); }
-    void Cancel(TimePoint now) { End(JobState::kCancelled, "cancelled", now); }
+    void Fail(const std::string& message, TimePoint now);
+    void Cancel(TimePoint now) { End(JobState::kCancelled, kCancelledWords, now); }
+    // Asks for no more samples: those that are in the film become the image, after which the job is
+    // kCancelled. Without any as Cancel; nothing happens if all samples are in.
+    void CancelKeepingImage(TimePoint now);
 
   private:
     struct Unit {
@@ -173,7 +194,12 @@ class Job {
         std::size_t end() const { return first_unit + units.size(); }
     };
     enum class Planning { kNone, kWanted, kRunning };
+    static constexpr std::size_t kEventsKept = 256;
+    static constexpr const char* kCancelledWords = "cancelled";
 
+    // Adds an answer to what is known of the job (sign 1), or takes it out again (-1).
+    static void CountAnswer(const std::string& worker, std::uint64_t samples,
+                            const TileResult& result, int sign, JobInfo* info);
     // The pass of a unit, and the unit's place in it.
     const OpenPass& PassOf(std::size_t unit) const;
     std::size_t Local(std::size_t unit) const { return unit - PassOf(unit).first_unit; }
@@ -189,6 +215,9 @@ class Job {
     void MergeBacklog();
     // Ends passes that are merged, asks for a plan, comes to FILTERING: whatever has its turn.
     void Proceed(TimePoint now);
+    void ComeToFilter(TimePoint now);
+    void FinishEarly(TimePoint now);
+    void Unpause(TimePoint now);
     void EndPass(TimePoint now);
     LedgerAudit Audit() const;
     bool MayPlan() const;
@@ -230,6 +259,7 @@ class Job {
     std::optional<TimePoint> first_lease_;  // less the time rendered before a restart
     TimePoint pass_start_;
     bool new_work_ = false, wants_plan_ = false;
+    bool finishing_ = false;  // to be finished with what there is, after the plan under way
 };
 
 }  // namespace relume::jobs

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -78,19 +79,22 @@ struct Outcome {
 struct JobInfo {
     std::string name;
     std::uint64_t number = 0;  // rises with every job
+    std::string owner;         // whose share of the farm it takes
+    int priority = 0;
     JobState state = JobState::kQueued;
-    std::string message;  // why it failed, or why sampling stopped
+    std::optional<TimePoint> paused;  // since when, by a client
+    std::string message;              // why it failed, or why sampling stopped
     std::uint64_t samples_done = 0;
     std::optional<std::uint64_t> samples_budget;
     double relmse = 0;
     std::uint64_t rays = 0, bad_samples = 0;
     std::vector<PassSummary> passes;             // that are wholly in the film
-    std::optional<Outcome> outcome;              // once succeeded
+    std::optional<Outcome> outcome;              // once succeeded; if cancelled, of what there was
     std::map<std::string, WorkerShare> workers;  // by name
     std::uint64_t leases_issued = 0, leases_reissued = 0, results_duplicate = 0;
     TimePoint created;  // later than it really was by `down`
     std::optional<TimePoint> ended;
-    Duration down{};   // time that does not count: the server was not there, or the job was over
+    Duration down{};   // time that does not count: no server, or the job was paused or over
     std::string held;  // why nothing goes on for now; "": it does
     std::optional<LedgerAudit> audit;    // once all samples are in
     std::uint32_t restarts = 0;          // of the server, while it was under way
@@ -110,6 +114,11 @@ struct JobInfo {
     double finish_seconds_predicted = 0;
     TimePoint updated;          // when this was published
     std::string numeric_class;  // of the workers that may work on it; "" = none has yet
+
+    // Time that it has had since it was made, but for `down`.
+    Duration Used(TimePoint now) const {
+        return (ended ? *ended : paused ? std::min(*paused, now) : now) - created;
+    }
 };
 
 struct JobEvent {

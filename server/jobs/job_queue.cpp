@@ -8,7 +8,8 @@
 #include "core/base/error.h"
 #include "core/base/log.h"
 
-// Jobs and workers. Leases: job_queue_leases.cpp; what is seen from outside: queue_status.cpp.
+// Jobs and workers. Their order: job_queue_order.cpp; leases: job_queue_leases.cpp; what is seen
+// from outside: queue_status.cpp.
 namespace relume::jobs {
 namespace {
 
@@ -49,6 +50,7 @@ void JobQueue::AddJob(const std::string& name, JobSetup setup, TimePoint now) {
         not_over_.erase(number);
         throw Error(ErrorCode::kAlreadyExists, fmt::format("job '{}' is there already", name));
     }
+    Place(&Find(name));
     news_ = true;
 }
 
@@ -70,12 +72,12 @@ void JobQueue::RestoreJob(SavedJob saved, JobSetup setup, TimePoint now) {
 void JobQueue::Extend(const std::string& name, Checkpoint checkpoint, std::shared_ptr<Film> film,
                       JobSetup setup, TimePoint now) {
     Job& job = Find(name);
-    if (job.info().state != JobState::kSucceeded) {
+    if (!job.info().outcome) {
         throw Error(ErrorCode::kFailedPrecondition,
-                    fmt::format("{} has not succeeded; only such a job can be extended", name));
+                    fmt::format("{} has no image; only a job that has can be extended", name));
     }
     job.Extend(std::move(checkpoint), std::move(film), std::move(setup), now);
-    active_[job.info().number] = not_over_[job.info().number] = &job;
+    not_over_[job.info().number] = &job;
     NoteStateOf(&job);
     news_ = true;
 }
@@ -118,12 +120,25 @@ std::vector<const JobInfo*> JobQueue::List(std::uint64_t before, std::size_t lim
 }
 
 void JobQueue::Cancel(const std::string& name, TimePoint now) {
-    Find(name).Cancel(now);
+    Job& job = Find(name);
+    job.Cancel(now);
+    Place(&job);
     RevokeJob(name);
 }
 
+void JobQueue::CancelKeepingImage(const std::string& name, TimePoint now) {
+    Job& job = Find(name);
+    job.CancelKeepingImage(now);
+    NoteStateOf(&job);
+    if (!job.active()) {
+        RevokeJob(name);
+    }
+}
+
 void JobQueue::Fail(const std::string& name, const std::string& message, TimePoint now) {
-    Find(name).Fail(message, now);
+    Job& job = Find(name);
+    job.Fail(message, now);
+    Place(&job);
     RevokeJob(name);
 }
 
@@ -140,7 +155,6 @@ std::vector<std::string> JobQueue::ForgetOverJobs(std::size_t keep) {
         }
         const std::string name = it->second->info().name;
         forgotten_.Add(it->second->info());
-        active_.erase(it->first);
         not_over_.erase(it->first);
         it = by_number_.erase(it);
         for (auto& [id, worker] : workers_) {
@@ -154,6 +168,7 @@ std::vector<std::string> JobQueue::ForgetOverJobs(std::size_t keep) {
 }
 
 void JobQueue::NoteStateOf(Job* job) {
+    Place(job);
     news_ = job->TakeNewWork() || news_;
     if (job->TakeWantsPlan()) {
         to_plan_.push_back(job->info().name);
@@ -165,8 +180,12 @@ void JobQueue::NoteStateOf(Job* job) {
 
 std::optional<PlanWork> JobQueue::TakePlanWork(TimePoint now) {
     while (!to_plan_.empty()) {
-        const std::string name = std::move(to_plan_.front());
-        to_plan_.pop_front();
+        const auto first = std::ranges::max_element(to_plan_, {}, [&](const std::string& job) {
+            const auto it = jobs_.find(job);
+            return it == jobs_.end() ? kMaxPriority : it->second->info().priority;
+        });
+        const std::string name = std::move(*first);
+        to_plan_.erase(first);
         const auto it = jobs_.find(name);
         if (it == jobs_.end()) {
             continue;
@@ -201,8 +220,12 @@ std::optional<JobQueue::FilterWork> JobQueue::TakeFilterWork() {
         }
         if (auto sampled = it->second->TakeSampled()) {
             const Checkpoint& checkpoint = *sampled->checkpoint;
-            return FilterWork{name, std::move(sampled->film), *checkpoint.selector,
-                              *checkpoint.decisions, std::move(sampled->checkpoint)};
+            return FilterWork{name,
+                              std::move(sampled->film),
+                              *checkpoint.selector,
+                              *checkpoint.decisions,
+                              std::move(sampled->checkpoint),
+                              it->second->info().stop == StopReason::kCancelled};
         }
     }
     return std::nullopt;
@@ -229,6 +252,7 @@ WorkerId JobQueue::AddWorker(const std::string& name, const std::string& numeric
     worker.info.threads = std::clamp(threads, 1, 4096);
     worker.last_heard = now;
     workers_.emplace(++last_worker_, std::move(worker));
+    SetSlack();
     return last_worker_;
 }
 
@@ -240,6 +264,7 @@ void JobQueue::RemoveWorker(WorkerId id) {
         }
     }
     workers_.erase(id);
+    SetSlack();
 }
 
 void JobQueue::Heard(WorkerId id, TimePoint now) {

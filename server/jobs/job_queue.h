@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/film/tile.h"
+#include "server/jobs/fair_share.h"
 #include "server/jobs/job.h"
 #include "server/jobs/lease_policy.h"
 #include "server/jobs/queue_status.h"
@@ -36,9 +37,10 @@ enum class ResultVerdict {
 // nothing waits and nothing is written. Not thread-safe: the coordinator calls it from its one
 // thread.
 //
-// Oldest job first; a worker that finds nothing there takes from the next. Workers of another
-// numeric class than a job's first one get none of its leases. The bits of a film do not depend on
-// any of this.
+// Jobs get leases in the order of FairShare; a worker that finds nothing there takes from the next.
+// A job of higher priority so gets all leases from the next one on, and those that are out are
+// finished. Workers of another numeric class than a job's first one get none of its leases. The
+// bits of a film do not depend on any of this.
 class JobQueue {
   public:
     // --- Jobs. An unknown name throws kNotFound.
@@ -75,7 +77,16 @@ class JobQueue {
     void CountSave(const std::string& name, double seconds) { Find(name).CountSave(seconds); }
     // Newest first: those with a number below `before` (0: all), at most `limit`.
     std::vector<const JobInfo*> List(std::uint64_t before, std::size_t limit) const;
+    // As Job's: from now on, or for good, no leases are given out.
+    void Pause(const std::string& name, TimePoint now);
+    void Resume(const std::string& name, TimePoint now);
     void Cancel(const std::string& name, TimePoint now);
+    void CancelKeepingImage(const std::string& name, TimePoint now);
+    // kInvalidArgument if it is out of range.
+    void SetPriority(const std::string& name, int priority, TimePoint now);
+    // The job's part of what the farm did in the last minute, 0 to 1; nothing unless it may get
+    // leases.
+    std::optional<double> ShareOf(const std::string& name, TimePoint now) const;
     void Fail(const std::string& name, const std::string& message, TimePoint now);
     std::optional<JobEvent> FindEvent(const std::string& name, std::uint64_t from) const {
         return Find(name).events().Find(from);
@@ -84,7 +95,8 @@ class JobQueue {
     // Forgets the oldest jobs that are over until at most `keep` such are left; their names.
     std::vector<std::string> ForgetOverJobs(std::size_t keep);
 
-    // A pass that is to be planned: RunPlan's matter, on any thread. Each is handed out once.
+    // A pass that is to be planned: RunPlan's matter, on any thread. Each is handed out once; those
+    // of a higher priority first.
     std::optional<PlanWork> TakePlanWork(TimePoint now);
     // What came of it; ignored if the job was cancelled in between.
     void Planned(const std::string& name, PlanResult result, TimePoint now);
@@ -96,6 +108,7 @@ class JobQueue {
         std::vector<float> selector;      // of the last plan, as in Plan
         std::vector<Decision> decisions;  // as in Plan
         std::shared_ptr<const Checkpoint> checkpoint;
+        bool cancelled = false;  // not all samples are there
     };
     std::optional<FilterWork> TakeFilterWork();
     // Ignored if the job was cancelled in between.
@@ -171,6 +184,7 @@ class JobQueue {
         bool silent = false;
         std::map<std::string, Involvement> jobs;
         std::vector<LeaseId> revoked;
+        std::optional<FairShare::Key> last;  // whom it worked for
     };
     struct Lease {
         std::string job;
@@ -178,6 +192,7 @@ class JobQueue {
         std::size_t unit = 0;
         TileTask task;
         std::uint64_t samples = 0;
+        FairShare::Charge charge;
         TimePoint issued, expected, deadline;
         bool late = false;       // past its deadline: the unit may go to another worker as well
         bool abandoned = false;  // as late again, or its worker is silent: it counts for nothing
@@ -187,6 +202,13 @@ class JobQueue {
 
     Job& Find(const std::string& name);
     const Job& Find(const std::string& name) const;
+    static FairShare::Key KeyOf(const Job& job) { return {job.info().priority, job.info().owner}; }
+    // The order of jobs: job_queue_order.cpp.
+    void Place(Job* job);
+    void SetSlack();
+    std::optional<LeaseGrant> LendFirst(WorkerId worker, TimePoint now);
+    std::optional<LeaseGrant> RaceFirst(WorkerId worker, TimePoint now);
+    static FairShare::Charge ChargeFor(const Job& job, std::uint64_t samples);
     static bool MayWorkOn(const Worker& worker, Job* job, TimePoint now);
     // True if another worker than `worker` could do the job's leases.
     bool HasOther(WorkerId worker, const Job& job) const;
@@ -220,9 +242,10 @@ class JobQueue {
 
     std::map<std::string, std::unique_ptr<Job>> jobs_;
     std::map<std::uint64_t, Job*> by_number_;  // in order of creation
-    std::map<std::uint64_t, Job*>
-        active_;  // of those, all that may have work, and some that have not
-    std::map<std::uint64_t, Job*> not_over_;  // and those that TakeOver has not told of
+    std::map<std::uint64_t, Job*> active_;     // of those, all that may have work
+    std::map<std::uint64_t, Job*> not_over_;   // and those that TakeOver has not told of
+    FairShare share_;                          // of jobs that are running
+    std::uint64_t starting_ = 0;               // the job that was started last
     std::deque<std::string> to_plan_, to_filter_;
     JobTotals forgotten_;  // of jobs that are
     std::uint64_t results_wrong_ = 0;

@@ -20,9 +20,6 @@ constexpr double kMaxTickGap = 5;     // seconds; a longer one is the server's o
 }  // namespace
 
 bool JobQueue::MayWorkOn(const Worker& worker, Job* job, TimePoint now) {
-    if (!job->info().held.empty()) {
-        return false;
-    }
     const std::string& needed = job->info().numeric_class;
     if (!needed.empty() && needed != worker.info.numeric_class) {
         job->AddNote(fmt::format("worker {} ({}) gets no leases: the job runs on {}",
@@ -50,29 +47,14 @@ std::optional<LeaseGrant> JobQueue::NextLease(WorkerId id, TimePoint now) {
         worker.reported_held >= 2 * std::uint64_t{worker.credits}) {
         return std::nullopt;
     }
-    for (auto it = active_.begin(); it != active_.end();) {
-        Job* job = it->second;
-        if (!job->active()) {
-            it = active_.erase(it);
-            continue;
-        }
-        if (auto grant = Lend(id, job, now)) {
-            return grant;
-        }
-        ++it;
+    if (auto grant = LendFirst(id, now)) {
+        return grant;
     }
     if (worker.leases.size() >= static_cast<std::size_t>(worker.info.threads)) {
         return std::nullopt;
     }
     // A thread is idle and nothing waits: take over from those who are slow.
-    for (const auto& [number, job] : active_) {
-        if (job->info().state == JobState::kRendering && MayWorkOn(worker, job, now)) {
-            if (const auto unit = FindRace(id, worker, *job, now)) {
-                return Issue(id, job, *unit, now);
-            }
-        }
-    }
-    return std::nullopt;
+    return RaceFirst(id, now);
 }
 
 std::optional<LeaseGrant> JobQueue::Lend(WorkerId id, Job* job, TimePoint now) {
@@ -183,6 +165,9 @@ LeaseGrant JobQueue::Issue(WorkerId id, Job* job, std::size_t unit, TimePoint no
     lease.samples = job->Samples(unit);
     lease.issued = now;
     SetDeadline(worker, worker.jobs[name].scene_ready, worker.samples_out, &lease, now);
+    lease.charge = ChargeFor(*job, lease.samples);
+    share_.Lend(lease.charge);
+    worker.last = lease.charge.key;
 
     if (job->info().numeric_class.empty()) {
         job->SetNumericClass(worker.info.numeric_class);
@@ -276,6 +261,8 @@ void JobQueue::TakeResult(WorkerId id, Job* job, std::size_t unit, LeaseId own, 
         double& mean = worker.info.samples_per_second;
         mean = mean > 0 ? mean + kSpeedWeight * (speed - mean) : speed;
     }
+    share_.Use(job->info().number, KeyOf(*job), std::min(result.seconds, kMaxPredictedSeconds),
+               now);
     worker.info.samples_done += samples;
     Involvement& involvement = worker.jobs[name];
     involvement.scene_ready = involvement.scene_ready || own != 0;
@@ -351,6 +338,7 @@ void JobQueue::Abandon(LeaseId id, Lease* lease) {
     Worker& worker = workers_.at(lease->worker);
     worker.leases.erase(id);
     worker.samples_out -= lease->samples;
+    share_.Return(lease->charge);
     lease->late = lease->abandoned = true;
 }
 

@@ -12,6 +12,7 @@ JobStatus StatusOf(const Job& job, TimePoint now) {
     JobStatus status;
     status.name = info.name;
     status.state = info.state;
+    status.paused = info.paused.has_value();
     status.samples = info.samples_done;
     status.active_pixels = job.active_pixels();
     if (!info.passes.empty()) {
@@ -67,9 +68,19 @@ QueueStatus JobQueue::Status(TimePoint now, std::size_t max_jobs, std::size_t ma
         if (IsOver(info.state)) {
             continue;
         }
-        status.queued += info.state == JobState::kQueued ? 1 : 0;
-        status.rendering += info.state == JobState::kRendering ? 1 : 0;
-        status.filtering += info.state == JobState::kFiltering ? 1 : 0;
+        ++(info.paused                          ? status.paused
+           : info.state == JobState::kQueued    ? status.queued
+           : info.state == JobState::kRendering ? status.rendering
+                                                : status.filtering);
+        if (info.state != JobState::kQueued && status.under_way.size() < max_jobs) {
+            status.under_way.push_back(StatusOf(*job, now));
+            status.under_way.back().share = job->running() ? share_.Share(number, now) : 0;
+        } else if (info.state != JobState::kQueued) {
+            ++status.under_way_left_out;
+        }
+        if (info.paused) {
+            continue;
+        }
         if (!info.wait_seconds) {
             status.oldest_wait_seconds =
                 std::max(status.oldest_wait_seconds, ToSeconds(now - info.created));
@@ -87,8 +98,7 @@ QueueStatus JobQueue::Status(TimePoint now, std::size_t max_jobs, std::size_t ma
             left.reset();
             ++status.unpredicted;
         }
-        if (info.state != JobState::kQueued && status.under_way.size() < max_jobs) {
-            status.under_way.push_back(StatusOf(*job, now));
+        if (!status.under_way.empty() && status.under_way.back().name == info.name) {
             status.under_way.back().core_seconds_left = left;
         }
     }

@@ -33,13 +33,16 @@ struct JobStatus {
     std::optional<double> image_relmse;  // of the one that is returned
     std::optional<double> core_seconds_left;
     std::optional<double> eta_seconds;  // from now
+    bool paused = false;
+    double share = 0;  // as JobQueue::ShareOf
 };
 
 // Jobs, workers and leases at one moment, seen from outside.
 struct QueueStatus {
     JobTotals totals;  // of all jobs, those forgotten included
     std::uint64_t results_wrong = 0;
-    std::uint64_t queued = 0, rendering = 0, filtering = 0;  // jobs
+    std::uint64_t queued = 0, rendering = 0, filtering = 0;  // jobs, but for
+    std::uint64_t paused = 0;        // those that are: nothing of them is in what waits or is left
     double oldest_wait_seconds = 0;  // of jobs that have had no lease, the longest so far
     std::uint64_t units_waiting = 0;
     std::uint64_t leases_lent = 0, leases_late = 0, leases_abandoned = 0;
@@ -50,7 +53,8 @@ struct QueueStatus {
     std::uint64_t unpredicted = 0;
     std::uint64_t workers_responding = 0, workers_silent = 0, threads = 0;
     std::vector<JobStatus> under_way;  // oldest first, not more than asked for
-    std::vector<WorkerInfo> workers;   // likewise
+    std::uint64_t under_way_left_out = 0;
+    std::vector<WorkerInfo> workers;  // likewise
 };
 
 }  // namespace relume::jobs

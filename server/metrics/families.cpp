@@ -61,7 +61,8 @@ void AddJobs(const jobs::QueueStatus& queue, Families* f) {
     f->Gauge("relume_jobs", "Jobs that are not over, by state.")
         .Add(queue.queued, {{"state", "queued"}})
         .Add(queue.rendering, {{"state", "rendering"}})
-        .Add(queue.filtering, {{"state", "filtering"}});
+        .Add(queue.filtering, {{"state", "filtering"}})
+        .Add(queue.paused, {{"state", "paused"}});
     f->Counter("relume_jobs_finished_total", "Jobs that are over, by how they ended.")
         .Add(queue.totals.succeeded, {{"state", "succeeded"}})
         .Add(queue.totals.failed, {{"state", "failed"}})
@@ -72,7 +73,7 @@ void AddJobs(const jobs::QueueStatus& queue, Families* f) {
              "Longest time that a job has waited for its first lease so far; 0: none waits.")
         .Add(queue.oldest_wait_seconds);
     f->Gauge("relume_remaining_core_seconds",
-             "Predicted thread time of workers to render what is left of all jobs.")
+             "Predicted thread time of workers to render what is left of jobs that are not paused.")
         .Add(queue.core_seconds_left);
     f->Gauge("relume_jobs_unpredicted",
              "Jobs that relume_remaining_core_seconds lacks: nothing tells yet how long they take.")
@@ -97,16 +98,24 @@ void AddJobsUnderWay(const FarmStatus& status, Families* f) {
     f->Gauge("relume_job_info", "1 for each job under way: what people call it, how it is made.");
     for (std::size_t i = 0; i < queue.under_way.size(); ++i) {
         const JobText& text = status.job_texts.at(i);
-        const bool rendering = queue.under_way[i].state == jobs::JobState::kRendering;
-        f->Add(1.0, {{"job_name", queue.under_way[i].name},
+        const JobStatus& job = queue.under_way[i];
+        f->Add(1.0, {{"job_name", job.name},
                      {"title", text.title},
-                     {"state", rendering ? "rendering" : "filtering"},
+                     {"owner", text.owner},
+                     {"priority", std::to_string(text.priority)},
+                     {"state", job.paused                                ? "paused"
+                               : job.state == jobs::JobState::kRendering ? "rendering"
+                                                                         : "filtering"},
                      {"sampler", WithoutParameters(text.sampler)},
                      {"filter", WithoutParameters(text.filter)}});
     }
     f->Counter("relume_job_samples_total", "Samples of each job under way.");
     AddOfEachJob(
         queue, [](const JobStatus& j) { return static_cast<double>(j.samples); }, f);
+    f->Gauge("relume_job_share",
+             "Part of the farm's core-seconds of the last minute, of each job under way.");
+    AddOfEachJob(
+        queue, [](const JobStatus& j) { return j.share; }, f);
     f->Gauge("relume_job_active_pixels", "As relume_active_pixels, of each job under way.");
     AddOfEachJob(
         queue, [](const JobStatus& j) { return static_cast<double>(j.active_pixels); }, f);
@@ -179,7 +188,7 @@ void AddWorkers(const jobs::QueueStatus& queue, Families* f) {
         f->Add(static_cast<double>(worker.leases_held), {{"worker", worker.name}});
     }
     f->Gauge("relume_series_left_out", "Jobs under way and workers without series of their own.")
-        .Add(queue.rendering + queue.filtering - queue.under_way.size(), {{"of", "jobs"}})
+        .Add(queue.under_way_left_out, {{"of", "jobs"}})
         .Add(queue.workers_responding + queue.workers_silent - queue.workers.size(),
              {{"of", "workers"}});
 }

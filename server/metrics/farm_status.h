@@ -12,6 +12,8 @@ namespace relume::metrics {
 // What people call a job, and how it is made.
 struct JobText {
     std::string title, sampler, filter;  // the latter two with or without parameters
+    std::string owner;
+    int priority = 0;
 };
 
 // The farm at one moment. Bytes are since the server's start.

@@ -153,27 +153,19 @@ void Coordinator::Forget(const std::string& name) {
     });
 }
 
-void Coordinator::CancelJob(const std::string& name, Done done) {
-    queue_.Cancel(name, Now());
-    Record& record = records_.at(name);
-    record.cancel->Cancel();
-    const LogScope scope({.job = name});
-    spdlog::info("{}: cancelled", name);
-    record.over = true;
-    keeper_.Over(name);
-    Write(RowOf(queue_.Get(name)), false, std::move(done));
-}
-
 void Coordinator::FillJob(const jobs::JobInfo& info, bool with_entries, v1::Job* job) const {
     const Record& record = records_.at(info.name);
     InfoToProto(info, wall_, job);
     *job->mutable_spec() = with_entries ? record.spec.message : record.brief;
     job->set_scene_sha256(record.scene_sha256);
+    if (const auto share = queue_.ShareOf(info.name, Now())) {
+        job->set_share(*share);
+    }
 }
 
 Coordinator::ResultFile Coordinator::ResultOf(const std::string& name) const {
     const jobs::JobInfo& info = queue_.Get(name);
-    if (info.state != jobs::JobState::kSucceeded) {
+    if (!info.outcome) {
         const bool over = jobs::IsOver(info.state);
         throw Error(ErrorCode::kFailedPrecondition,
                     over ? fmt::format("{} has no result: {}", name, info.message)
@@ -197,7 +189,8 @@ metrics::FarmStatus Coordinator::Status() const {
     status.queue = queue_.Status(Now(), kMaxJobsShown, kMaxWorkersShown);
     for (const auto& job : status.queue.under_way) {
         const CheckedSpec& spec = records_.at(job.name).spec;
-        status.job_texts.push_back({spec.message.display_name(), spec.sampler, spec.filter});
+        status.job_texts.push_back({spec.message.display_name(), spec.sampler, spec.filter,
+                                    spec.message.owner(), spec.message.priority()});
     }
     status.blobs_in = traffic_.blobs_in;
     status.blobs_out = traffic_.blobs_out;
@@ -244,23 +237,27 @@ void Coordinator::StopStreams() {
 }
 
 void Coordinator::StartPlans() {
-    while (!stopping_) {
+    if (!stopping_ && !planning_) {
         auto taken = queue_.TakePlanWork(Now());
         if (!taken) {
             return;
         }
+        planning_ = true;
         const auto cancel = records_.at(taken->name).cancel;
         plan_.Post([this, cancel, work = std::move(*taken)] {
-            if (cancel->cancelled()) {
-                return;
+            std::shared_ptr<jobs::PlanResult> result;
+            if (!cancel->cancelled()) {
+                result = std::make_shared<jobs::PlanResult>(jobs::RunPlan(work));
             }
-            const auto result = std::make_shared<jobs::PlanResult>(jobs::RunPlan(work));
             control_.Post([this, name = work.name, result] {
-                if (!result->failure.empty()) {
+                planning_ = false;
+                if (result && !result->failure.empty()) {
                     const LogScope scope({.job = name});
                     spdlog::error("{}: {}", name, result->failure);
                 }
-                queue_.Planned(name, std::move(*result), Now());
+                if (result) {
+                    queue_.Planned(name, std::move(*result), Now());
+                }
                 Changed();
             });
         });

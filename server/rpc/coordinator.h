@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -83,8 +84,12 @@ class Coordinator {
     // A name that was made for the same, non-empty request_id is answered again. `done` when the
     // job is on the disk.
     std::string CreateJob(const std::string& request_id, CheckedSpec spec, Done done);
-    void CancelJob(const std::string& name, Done done);
-    // Goes on with a job that has succeeded, to `spp` samples a pixel.
+    // As JobQueue's calls of those names; `discard`: no image is made of what is there.
+    void CancelJob(const std::string& name, bool discard, Done done);
+    void PauseJob(const std::string& name, Done done);
+    void ResumeJob(const std::string& name, Done done);
+    void UpdateJob(const std::string& name, std::optional<int> priority, Done done);
+    // Goes on with a job that has an image, to `spp` samples a pixel.
     void ExtendJob(const std::string& name, double spp, Done done);
     const CheckedSpec& SpecOf(const std::string& name) const { return records_.at(name).spec; }
     // `with_entries`: with the list of the scene's files.
@@ -94,7 +99,7 @@ class Coordinator {
         std::uint64_t size = 0;
         std::string sha256;
     };
-    // kFailedPrecondition unless the job has succeeded.
+    // kFailedPrecondition unless the job has an image.
     ResultFile ResultOf(const std::string& name) const;
 
     // An answer was merged.
@@ -178,6 +183,8 @@ class Coordinator {
     std::set<Listener*> worker_streams_, watchers_;
     std::map<jobs::WorkerId, std::vector<std::string>> acknowledged_;
     std::vector<Unstored> unstored_;
+    std::deque<jobs::JobQueue::FilterWork> to_filter_;
+    bool planning_ = false, filtering_ = false;  // on their threads
     TimePoint used_noted_;
     bool stopping_ = false;
     FilmKeeper keeper_;

@@ -26,7 +26,7 @@ store::JobRow Coordinator::RowOf(const jobs::JobInfo& info) const {
     row.info = SaveInfo(info, wall_);
     row.result_sha256 = record.result_sha256;
     row.over = jobs::IsOver(info.state);
-    row.used_seconds = ToSeconds(info.ended.value_or(Now()) - info.created);
+    row.used_seconds = ToSeconds(info.Used(Now()));
     return row;
 }
 
@@ -77,7 +77,7 @@ void Coordinator::NoteUsedTime(TimePoint now) {
     std::vector<std::pair<std::string, double>> used;
     for (const std::string& name : queue_.Rendering()) {
         if (records_.at(name).spec.budgets.seconds) {
-            used.emplace_back(name, ToSeconds(now - queue_.Get(name).created));
+            used.emplace_back(name, ToSeconds(queue_.Get(name).Used(now)));
         }
     }
     if (!used.empty()) {
@@ -127,8 +127,11 @@ void Coordinator::LoadJob(const store::JobRow& row) {
         queue_.RestoreJob(std::move(saved), {}, now);
         return;
     }
+    saved.cancelled = saved.info.stop == jobs::StopReason::kCancelled;
     if (auto film = keeper_.Load(row.name, row.used_seconds, now)) {
         film->last_event = last_event;
+        film->cancelled = saved.cancelled;
+        film->info.paused = saved.info.paused;
         if (film->info.samples_budget != record->spec.budgets.samples) {
             film->checkpoint->stop.reset();  // it was extended since
         }
@@ -142,15 +145,15 @@ void Coordinator::LoadJob(const store::JobRow& row) {
             spdlog::warn("{}: {}", row.name, error.what());
         }
     }
-    spdlog::info("{}: begins anew", row.name);
+    spdlog::info("{}: {}", row.name, saved.cancelled ? "has no film" : "begins anew");
     queue_.RestoreJob(std::move(saved), SetupOf(record->spec, record->cancel), now);
 }
 
 void Coordinator::ExtendJob(const std::string& name, double spp, Done done) {
     const jobs::JobInfo& info = queue_.Get(name);
-    if (info.state != jobs::JobState::kSucceeded) {
+    if (!info.outcome) {
         throw Error(ErrorCode::kFailedPrecondition,
-                    fmt::format("{} has not succeeded; only such a job can be extended", name));
+                    fmt::format("{} has no image; only a job that has can be extended", name));
     }
     v1::JobSpec message = records_.at(name).spec.message;
     const auto pixels = static_cast<double>(records_.at(name).spec.settings.Window().area());

@@ -36,18 +36,36 @@ void Coordinator::StartFilters() {
     while (!stopping_) {
         auto work = queue_.TakeFilterWork();
         if (!work) {
-            return;
+            break;
         }
-        const Record& record = records_.at(work->name);
         const auto& info = queue_.Get(work->name);
         keeper_.Final(*work);
         const LogScope scope({.job = work->name});
         spdlog::info("{}: {} samples in {} passes after {:.2f} s ({})", work->name,
                      info.samples_done, info.passes.size(), info.render_seconds, info.message);
-        filter_.Post(
-            [this, work = std::move(*work), spec = record.spec, cancel = record.cancel,
-             numeric_class = info.numeric_class] { Filter(work, spec, numeric_class, *cancel); });
+        to_filter_.push_back(std::move(*work));
     }
+    // One at a time, those of a higher priority first.
+    std::erase_if(to_filter_, [&](const auto& work) {
+        return !queue_.Knows(work.name) || jobs::IsOver(queue_.Get(work.name).state);
+    });
+    if (stopping_ || filtering_ || to_filter_.empty()) {
+        return;
+    }
+    const auto first = std::ranges::max_element(
+        to_filter_, {}, [&](const auto& work) { return queue_.Get(work.name).priority; });
+    jobs::JobQueue::FilterWork work = std::move(*first);
+    to_filter_.erase(first);
+    const Record& record = records_.at(work.name);
+    filtering_ = true;
+    filter_.Post([this, work = std::move(work), spec = record.spec, cancel = record.cancel,
+                  numeric_class = queue_.Get(work.name).numeric_class] {
+        Filter(work, spec, numeric_class, *cancel);
+        control_.Post([this] {
+            filtering_ = false;
+            StartFilters();
+        });
+    });
 }
 
 // By what was measured, else by doing it once with the samples so far.
@@ -121,10 +139,12 @@ void Coordinator::Stored(const std::string& name,
     }
     const TimePoint now = Now();
     jobs::JobInfo info = queue_.Get(name);
-    info.state = jobs::JobState::kSucceeded;
+    info.state = info.stop == jobs::StopReason::kCancelled ? jobs::JobState::kCancelled
+                                                           : jobs::JobState::kSucceeded;
     info.outcome = image->outcome;
     info.ended = now;
     info.held.clear();
+    info.paused.reset();
     record->second.result_sha256 = image->exr_sha256;
     store::JobRow row = RowOf(info);
     Write(row, false, [this, name, image, now](const std::optional<Error>& why) {
@@ -162,7 +182,7 @@ void Coordinator::Hold(const std::string& name, const std::string& why) {
     }
     const LogScope scope({.job = name});
     if (!why.empty()) {
-        spdlog::error("{}: paused, and tried again every few seconds: {}", name, why);
+        spdlog::error("{}: held, and tried again every few seconds: {}", name, why);
     }
     queue_.Hold(name, why, Now());
     Changed();

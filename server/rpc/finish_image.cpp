@@ -88,6 +88,9 @@ FinishedImage FinishImage(const jobs::JobQueue::FilterWork& work, const CheckedS
     metadata["relume.seed"] = std::to_string(spec.settings.seed);
     metadata["relume.sampler"] = spec.sampler;
     metadata["relume.filter"] = finished.outcome.filter;
+    if (work.cancelled) {
+        metadata["relume.unfinished"] = "cancelled";
+    }
     metadata["relume.spp"] =
         fmt::format("{:.6g}", film.TotalSamples() / static_cast<double>(film.pixel_count()));
     denoise::WriteClaim("relume.relmse", &noisy, &metadata);

@@ -40,6 +40,8 @@ v1::StopReason StopToProto(jobs::StopReason reason) {
             return v1::STOP_REASON_MAX_SPP;
         case jobs::StopReason::kSampler:
             return v1::STOP_REASON_SAMPLER;
+        case jobs::StopReason::kCancelled:
+            return v1::STOP_REASON_CANCELLED;
     }
     return v1::STOP_REASON_UNSPECIFIED;
 }
@@ -69,7 +71,7 @@ void ExpectationsToProto(const jobs::JobInfo& info, v1::Job* job) {
         job->set_predicted_high_seconds(info.predicted->high);
     }
     job->set_finish_seconds_predicted(info.finish_seconds_predicted);
-    job->set_elapsed_seconds(ToSeconds(info.ended.value_or(info.updated) - info.created));
+    job->set_elapsed_seconds(ToSeconds(info.Used(info.updated)));
 }
 
 void OutcomeToProto(const jobs::Outcome& outcome, v1::Job* job) {
@@ -151,6 +153,7 @@ void InfoToProto(const jobs::JobInfo& info, const WallClock& wall, v1::Job* job)
     job->mutable_notes()->Assign(info.notes.begin(), info.notes.end());
     ExpectationsToProto(info, job);
     job->set_held(info.held);
+    job->set_paused(info.paused.has_value());
     job->set_restarts(info.restarts);
     job->set_save_seconds(info.save_seconds);
     if (info.audit) {

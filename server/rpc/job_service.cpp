@@ -40,18 +40,20 @@ grpc::ServerUnaryReactor* JobService::CreateJob(grpc::CallbackServerContext* con
     }
     grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
     // Checked on the io thread, which looks for the blobs; made on the control thread.
-    coordinator_->io().Post([this, reactor, request, response] {
+    coordinator_->io().Post([this, context, reactor, request, response] {
         auto spec = std::make_shared<CheckedSpec>();
         const grpc::Status status = Guard([&] {
             if (request->request_id().size() > kMaxRequestId) {
                 ThrowInvalidArgument(
                     fmt::format("request_id is longer than {} bytes; use a UUID", kMaxRequestId));
             }
-            *spec = CheckSpec(request->spec(), coordinator_->blobs());
+            v1::JobSpec asked = request->spec();
+            asked.set_owner(OwnerOf(*context, asked.owner()));
+            *spec = CheckSpec(asked, coordinator_->blobs());
         });
         if (!status.ok() || request->validate_only()) {
             if (status.ok()) {
-                *response->mutable_job()->mutable_spec() = request->spec();
+                *response->mutable_job()->mutable_spec() = spec->message;
                 response->mutable_job()->set_samples_budget(spec->budgets.samples.value_or(0));
             }
             reactor->Finish(status);
@@ -114,8 +116,47 @@ grpc::ServerUnaryReactor* JobService::CancelJob(grpc::CallbackServerContext* con
     }
     return Later(context, request->name(), response->mutable_job(),
                  [this, request](Coordinator::Done done) {
-                     coordinator_->CancelJob(request->name(), std::move(done));
+                     coordinator_->CancelJob(request->name(), request->discard(), std::move(done));
                  });
+}
+
+grpc::ServerUnaryReactor* JobService::PauseJob(grpc::CallbackServerContext* context,
+                                               const v1::PauseJobRequest* request,
+                                               v1::PauseJobResponse* response) {
+    if (auto* refused = access_->Refuse<grpc::ServerUnaryReactor>(context, {Role::kClient})) {
+        return refused;
+    }
+    return Later(context, request->name(), response->mutable_job(),
+                 [this, request](Coordinator::Done done) {
+                     coordinator_->PauseJob(request->name(), std::move(done));
+                 });
+}
+
+grpc::ServerUnaryReactor* JobService::ResumeJob(grpc::CallbackServerContext* context,
+                                                const v1::ResumeJobRequest* request,
+                                                v1::ResumeJobResponse* response) {
+    if (auto* refused = access_->Refuse<grpc::ServerUnaryReactor>(context, {Role::kClient})) {
+        return refused;
+    }
+    return Later(context, request->name(), response->mutable_job(),
+                 [this, request](Coordinator::Done done) {
+                     coordinator_->ResumeJob(request->name(), std::move(done));
+                 });
+}
+
+grpc::ServerUnaryReactor* JobService::UpdateJob(grpc::CallbackServerContext* context,
+                                                const v1::UpdateJobRequest* request,
+                                                v1::UpdateJobResponse* response) {
+    if (auto* refused = access_->Refuse<grpc::ServerUnaryReactor>(context, {Role::kClient})) {
+        return refused;
+    }
+    return Later(
+        context, request->name(), response->mutable_job(), [this, request](Coordinator::Done done) {
+            coordinator_->UpdateJob(
+                request->name(),
+                request->has_priority() ? std::optional(request->priority()) : std::nullopt,
+                std::move(done));
+        });
 }
 
 grpc::ServerUnaryReactor* JobService::ExtendJob(grpc::CallbackServerContext* context,

@@ -30,6 +30,15 @@ class JobService final : public v1::JobService::CallbackService {
     grpc::ServerUnaryReactor* CancelJob(grpc::CallbackServerContext* context,
                                         const v1::CancelJobRequest* request,
                                         v1::CancelJobResponse* response) override;
+    grpc::ServerUnaryReactor* PauseJob(grpc::CallbackServerContext* context,
+                                       const v1::PauseJobRequest* request,
+                                       v1::PauseJobResponse* response) override;
+    grpc::ServerUnaryReactor* ResumeJob(grpc::CallbackServerContext* context,
+                                        const v1::ResumeJobRequest* request,
+                                        v1::ResumeJobResponse* response) override;
+    grpc::ServerUnaryReactor* UpdateJob(grpc::CallbackServerContext* context,
+                                        const v1::UpdateJobRequest* request,
+                                        v1::UpdateJobResponse* response) override;
     grpc::ServerUnaryReactor* ExtendJob(grpc::CallbackServerContext* context,
                                         const v1::ExtendJobRequest* request,
                                         v1::ExtendJobResponse* response) override;

@@ -10,13 +10,14 @@
 #include "proto/codec/budgets.h"
 #include "proto/codec/codec.h"
 #include "server/denoise/denoiser.h"
+#include "server/jobs/fair_share.h"
 #include "server/rpc/filter_loop.h"
 
 namespace relume::server {
 namespace {
 
 constexpr int kMinTileSize = 8, kDefaultTileSize = 32;
-constexpr std::size_t kMaxDisplayName = 200;
+constexpr std::size_t kMaxDisplayName = 200, kMaxOwner = 64;
 // Film, planner, and the filter's frame and layers at the same time.
 constexpr std::uint64_t kBytesPerPixel = 600;
 constexpr std::uint64_t kMaxSampleBytes = std::uint64_t{4} << 30;  // of a job that keeps them
@@ -147,6 +148,13 @@ CheckedSpec CheckSpec(const v1::JobSpec& spec, const store::BlobStore& blobs) {
         ThrowInvalidArgument(fmt::format("tile size {}: must be {} to {}", spec.tile_size(),
                                          kMinTileSize, codec::kMaxTileSide));
     }
+    if (spec.priority() < jobs::kMinPriority || spec.priority() > jobs::kMaxPriority) {
+        ThrowInvalidArgument(fmt::format("priority {}: must be {} to {}", spec.priority(),
+                                         jobs::kMinPriority, jobs::kMaxPriority));
+    }
+    if (spec.owner().size() > kMaxOwner) {
+        ThrowInvalidArgument(fmt::format("the job's owner is longer than {} bytes", kMaxOwner));
+    }
     if (spec.display_name().size() > kMaxDisplayName) {
         ThrowInvalidArgument(
             fmt::format("the job's display name is longer than {} bytes", kMaxDisplayName));
@@ -181,6 +189,8 @@ jobs::JobSetup CheckedSpec::Setup() const {
     setup.display_height = settings.height;
     setup.tile_size = tile_size;
     setup.keep_samples = message.keep_samples();
+    setup.owner = message.owner();
+    setup.priority = message.priority();
     setup.budgets = budgets;
     setup.planner = jobs::MakePlanner(sampler);
     const char* method = setup.planner->Method();

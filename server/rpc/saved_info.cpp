@@ -44,6 +44,8 @@ std::optional<jobs::StopReason> StopOf(v1::StopReason reason) {
             return jobs::StopReason::kMaxSpp;
         case v1::STOP_REASON_SAMPLER:
             return jobs::StopReason::kSampler;
+        case v1::STOP_REASON_CANCELLED:
+            return jobs::StopReason::kCancelled;
         default:
             return std::nullopt;
     }
@@ -145,7 +147,7 @@ jobs::JobInfo LoadInfo(std::string_view bytes, double used_seconds, const WallCl
     info.rays = job.rays();
     info.bad_samples = job.bad_samples();
     LoadPasses(job, &info);
-    if (info.state == jobs::JobState::kSucceeded) {
+    if (job.has_filter()) {
         info.outcome = OutcomeOf(job);
     }
     for (const auto& w : job.workers()) {
@@ -178,6 +180,9 @@ jobs::JobInfo LoadInfo(std::string_view bytes, double used_seconds, const WallCl
         info.created = *info.ended - FromSeconds(job.elapsed_seconds());
     } else {
         info.created = now - FromSeconds(std::max(used_seconds, job.elapsed_seconds()));
+    }
+    if (job.paused()) {
+        info.paused = now;
     }
     info.down = info.created - made;
     info.updated = now;

@@ -126,7 +126,9 @@ TEST_F(MetricsTest, AJobHasSeriesWhileItIsUnderWay) {
     EXPECT_EQ(page.At("relume_job_samples_total" + label), 0);
     EXPECT_EQ(page.At("relume_job_active_pixels" + label), 48 * 40);
     EXPECT_EQ(page.At("relume_job_info{job_name=\"" + job.name() +
-                      "\",title=\"my \\\"job\\\"\",state=\"rendering\",sampler=\"uniform\","
+                      "\",title=\"my "
+                      "\\\"job\\\"\",owner=\"127.0.0.1\",priority=\"0\",state=\"rendering\","
+                      "sampler=\"uniform\","
                       "filter=\"none\"}"),
               1);
     EXPECT_EQ(page.At("relume_leases{state=\"lent\"}"), 3);

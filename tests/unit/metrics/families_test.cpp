@@ -21,6 +21,7 @@ FarmStatus SomeStatus() {
     FarmStatus status;
     status.queue.rendering = 1;
     status.queue.filtering = 1;
+    status.queue.under_way_left_out = 1;
     status.queue.workers_responding = 2;
     jobs::JobStatus job;
     job.name = "jobs/a";
@@ -28,7 +29,7 @@ FarmStatus SomeStatus() {
     job.relmse = 0.25;
     job.core_seconds_left = 7.5;
     status.queue.under_way = {job};
-    status.job_texts = {{"say \"hi\"\n\\", "adaptive:pilot=4", "auto:effort=0.6"}};
+    status.job_texts = {{"say \"hi\"\n\\", "adaptive:pilot=4", "auto:effort=0.6", "ann@box", -3}};
     jobs::WorkerInfo worker;
     worker.name = "box:1";
     worker.samples_done = 42;
@@ -78,7 +79,8 @@ TEST(Families, TellOfEachJobAndWorkerWhatIsKnown) {
     EXPECT_FALSE(page.Has("relume_job_eta_seconds{job_name=\"jobs/a\"}"));
     EXPECT_EQ(page.types.at("relume_job_eta_seconds"), "gauge") << "named without series, too";
     EXPECT_EQ(page.At("relume_job_info{job_name=\"jobs/a\",title=\"say \\\"hi\\\"\\n\\\\\","
-                      "state=\"rendering\",sampler=\"adaptive\",filter=\"auto\"}"),
+                      "owner=\"ann@box\",priority=\"-3\",state=\"rendering\","
+                      "sampler=\"adaptive\",filter=\"auto\"}"),
               1);
     EXPECT_EQ(page.At("relume_worker_samples_total{worker=\"box:1\"}"), 42);
     EXPECT_EQ(page.At("relume_series_left_out{of=\"jobs\"}"), 1);
