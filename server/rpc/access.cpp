@@ -98,8 +98,8 @@ std::string OwnerOf(const grpc::CallbackServerContext& context, std::string_view
     if (caller && caller->IsPeerAuthenticated()) {
         owner = CommonName(*caller);
     }
-    if (owner.empty()) {
-        owner = Clean(said);
+    if (owner.empty() && !said.empty()) {
+        return Clean(said);  // too long a one is the caller's to mend
     }
     if (owner.empty()) {
         const std::string peer = context.peer();  // ipv4:10.0.0.1:5123, ipv6:%5B::1%5D:5123
