@@ -8,7 +8,8 @@
 #include "core/base/error.h"
 #include "core/base/log.h"
 
-// Jobs and workers. Leases: job_queue_leases.cpp; what is seen from outside: queue_status.cpp.
+// Jobs and workers. Leases: job_queue_lending.cpp, job_queue_results.cpp, job_queue_leases.cpp;
+// what is seen from outside: queue_status.cpp.
 namespace relume::jobs {
 namespace {
 
