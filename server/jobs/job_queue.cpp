@@ -8,8 +8,8 @@
 #include "core/base/error.h"
 #include "core/base/log.h"
 
-// Jobs and workers. Their order: job_queue_order.cpp; leases: job_queue_leases.cpp; what is seen
-// from outside: queue_status.cpp.
+// Jobs and workers. Their order: job_queue_order.cpp; leases: job_queue_leases.cpp,
+// job_queue_lending.cpp, job_queue_results.cpp; what is seen from outside: queue_status.cpp.
 namespace relume::jobs {
 namespace {
 
