@@ -13,6 +13,18 @@
 #include "core/image/png_view.h"
 
 namespace relume::client {
+namespace {
+
+// Thread time of workers in its samples.
+double CoreSeconds(const v1::Job& job) {
+    double seconds = 0;
+    for (const auto& share : job.workers()) {
+        seconds += share.busy_seconds();
+    }
+    return seconds;
+}
+
+}  // namespace
 
 void RequireSuccess(const v1::Job& job) {
     if (job.state() == v1::JOB_STATE_SUCCEEDED) {
@@ -97,6 +109,7 @@ nlohmann::ordered_json JobJson(const v1::Job& job) {
             {"paused", job.paused()},
             {"priority", job.spec().priority()},
             {"owner", job.spec().owner()},
+            {"core_seconds", CoreSeconds(job)},
             {"share", OrNull(job.has_share(), job.share())},
             {"message", job.message()},
             {"scene", job.spec().scene().main()},

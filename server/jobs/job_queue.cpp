@@ -57,10 +57,11 @@ void JobQueue::AddJob(const std::string& name, JobSetup setup, TimePoint now) {
 void JobQueue::RestoreJob(SavedJob saved, JobSetup setup, TimePoint now) {
     const std::string name = saved.info.name;
     const std::uint64_t number = saved.info.number;
+    const bool over = IsOver(saved.info.state);
     auto job = std::make_unique<Job>(std::move(saved), std::move(setup), now);
     by_number_[number] = job.get();
-    if (!IsOver(job->info().state)) {
-        active_[number] = not_over_[number] = job.get();
+    if (!over) {
+        not_over_[number] = job.get();
     }
     last_number_ = std::max(last_number_, number);
     Job* made = job.get();

@@ -57,15 +57,16 @@ void Coordinator::StartFilters() {
     jobs::JobQueue::FilterWork work = std::move(*first);
     to_filter_.erase(first);
     const Record& record = records_.at(work.name);
+    const std::string numeric_class = queue_.Get(work.name).numeric_class;
     filtering_ = true;
-    filter_.Post([this, work = std::move(work), spec = record.spec, cancel = record.cancel,
-                  numeric_class = queue_.Get(work.name).numeric_class] {
-        Filter(work, spec, numeric_class, *cancel);
-        control_.Post([this] {
-            filtering_ = false;
-            StartFilters();
+    filter_.Post(
+        [this, work = std::move(work), spec = record.spec, cancel = record.cancel, numeric_class] {
+            Filter(work, spec, numeric_class, *cancel);
+            control_.Post([this] {
+                filtering_ = false;
+                StartFilters();
+            });
         });
-    });
 }
 
 // By what was measured, else by doing it once with the samples so far.

@@ -284,6 +284,7 @@ TEST_F(JobControl, ARestartKeepsAPauseAndFinishesWhatWasCancelled) {
     saved.cancelled = true;
     without.RestoreJob(std::move(saved), SharedFarm::Setup("ann", 0, kSpp), farm.At());
     EXPECT_EQ(without.Get(kJob).state, JobState::kCancelled);
+    EXPECT_THAT(without.TakeOver(), Contains(kJob));
 }
 
 }  // namespace
