@@ -37,7 +37,8 @@ class JobServiceTest : public FarmFixture {
 };
 
 TEST_F(JobServiceTest, AJobIsMadeWatchedAndFetched) {
-    const v1::JobSpec spec = Spec();
+    v1::JobSpec spec = Spec();
+    spec.set_owner("ann@desk");
     const v1::Job made = MustCreate(spec);
     EXPECT_THAT(made.name(), testing::StartsWith("jobs/"));
     EXPECT_EQ(made.state(), v1::JOB_STATE_QUEUED);
