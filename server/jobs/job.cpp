@@ -307,12 +307,8 @@ void Job::Planned(PlanResult result, TimePoint now) {
     planning_ = Planning::kNone;
     info_.plan_seconds += result.seconds;
     info_.plan_filter_seconds += result.filter_seconds;
-    if (finishing_) {
-        FinishEarly(now);
-        return;
-    }
     if (!result.failure.empty()) {
-        Fail(result.failure, now);
+        finishing_ ? FinishEarly(now) : Fail(result.failure, now);
         return;
     }
     if (result.film) {
@@ -340,6 +336,10 @@ void Job::Planned(PlanResult result, TimePoint now) {
                 backlog_.push_back(tile);
             }
         }
+    }
+    if (finishing_) {  // the pass is there when the job is taken up again
+        FinishEarly(now);
+        return;
     }
     MergeBacklog();
     Proceed(now);

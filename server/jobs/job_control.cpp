@@ -75,12 +75,11 @@ void Job::CancelKeepingImage(TimePoint now) {
         Cancel(now);
         return;
     }
-    stop_ = Stop{StopReason::kCancelled, kCancelledWords};
-    info_.stop = stop_->reason;
+    info_.stop = StopReason::kCancelled;
     finishing_ = true;
     pending_.clear();
     if (planning_ == Planning::kRunning) {
-        info_.message = stop_->words;  // the plan reads the film, and is not to be disturbed
+        info_.message = kCancelledWords;  // the plan reads the film, and the planner goes on
         Publish(now);
     } else {
         FinishEarly(now);
@@ -94,6 +93,9 @@ void Job::FinishEarly(TimePoint now) {
         backlog_.pop_back();
     }
     planning_ = Planning::kNone;
+    // Only now: with a stop, MergeTile would merge what the next plan is not to see, should the job
+    // be taken up again.
+    stop_ = Stop{StopReason::kCancelled, kCancelledWords};
     ComeToFilter(now);
     const JobInfo& in_film = last_->info;
     info_.samples_done = in_film.samples_done;
@@ -102,6 +104,7 @@ void Job::FinishEarly(TimePoint now) {
     info_.workers = in_film.workers;
     info_.busy_seconds = in_film.busy_seconds;
     open_.clear();
+    pending_.clear();
     finishing_ = false;
     Publish(now);
 }

@@ -238,6 +238,54 @@ TEST_F(JobControl, ACancelledJobIsTakenUpAgainAndEndsInTheSameBits) {
     ExpectWholeFilm();
 }
 
+TEST_F(JobControl, SoIsOneThatIsCancelledWhileItsNextPassIsPlanned) {
+    // By hand, with plans that look at the film, and covers that they are not to see.
+    const TimePoint now{};
+    std::shared_ptr<const Film> whole;
+    for (const int cancel_at : {-1, 0, 3, 40, 70, 95}) {  // results, with a plan under way or not
+        JobQueue queue;
+        queue.AddJob(kJob, SharedFarm::Setup("ann", 0, 16, "adaptive"), now);
+        const WorkerId w = queue.AddWorker("w", "class", 1, now);
+        queue.SetCredits(w, 3, 0);
+        std::optional<JobQueue::FilterWork> work;
+        bool cancelled = cancel_at < 0;
+        for (int results = 0, step = 0; !work && step < 10'000; ++step) {
+            auto plan = queue.TakePlanWork(now);
+            const auto lease = queue.NextLease(w, now);
+            if (lease) {
+                queue.AddResult(w, lease->id, kJob, PseudoRender(lease->task), now);
+                ++results;
+            }
+            if (!cancelled && results > cancel_at && (plan || cancel_at % 10 != 0)) {
+                cancelled = true;
+                queue.CancelKeepingImage(kJob, now);
+                if (plan) {
+                    queue.Planned(kJob, RunPlan(*plan), now);
+                    plan.reset();
+                }
+                auto part = queue.TakeFilterWork();
+                ASSERT_TRUE(part.has_value()) << cancel_at;
+                queue.Succeed(kJob, {}, now);
+                auto checkpoint = DecodeCheckpoint(EncodeCheckpoint(*part->checkpoint));
+                checkpoint.info = part->checkpoint->info;
+                queue.Extend(kJob, std::move(checkpoint), std::make_shared<Film>(*part->film),
+                             SharedFarm::Setup("ann", 0, 16, "adaptive"), now);
+            }
+            if (plan) {
+                queue.Planned(kJob, RunPlan(*plan), now);
+            }
+            work = queue.TakeFilterWork();
+        }
+        ASSERT_TRUE(work.has_value() && cancelled) << cancel_at;
+        EXPECT_EQ(queue.Get(kJob).audit->problem, "") << cancel_at;
+        whole = whole ? whole : work->film;
+        for (int c = 0; c < kFilmChannelCount; ++c) {
+            ASSERT_TRUE(std::ranges::equal(work->film->Plane(c), whole->Plane(c)))
+                << cancel_at << ": " << FilmChannelNames()[static_cast<std::size_t>(c)];
+        }
+    }
+}
+
 TEST_F(JobControl, ARestartKeepsAPauseAndFinishesWhatWasCancelled) {
     farm.RunUntil(2);
     auto tiles = std::make_shared<std::vector<std::string>>(64);

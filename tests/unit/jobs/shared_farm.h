@@ -36,7 +36,8 @@ class SharedFarm {
         queue.AddJob(name, Setup(owner, priority, spp), At());
         costs_[name] = cost;
     }
-    static JobSetup Setup(const std::string& owner, int priority, std::uint64_t spp) {
+    static JobSetup Setup(const std::string& owner, int priority, std::uint64_t spp,
+                          const std::string& sampler = "uniform") {
         JobSetup setup;
         setup.owner = owner;
         setup.priority = priority;
@@ -44,7 +45,7 @@ class SharedFarm {
         setup.display_width = setup.display_height = 64;
         setup.tile_size = 8;
         setup.budgets.samples = spp * 64 * 64;
-        setup.planner = MakePlanner("uniform");
+        setup.planner = MakePlanner(sampler);
         return setup;
     }
 
