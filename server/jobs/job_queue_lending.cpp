@@ -68,7 +68,9 @@ std::optional<std::size_t> JobQueue::FindUnit(WorkerId id, const Job& job) const
         return !Holds(id, job, u) && !(job.Refused(u, id) && HasOther(id, job));
     };
     const auto first = job.FindPending(0, wanted);
-    if (!first || *first >= job.FirstSpareUnit() || !WouldDelay(worker, job, job.Samples(*first))) {
+    // Beside other jobs it would be busy with these for ever, and the unit left to nobody.
+    if (!first || active_.size() > 1 || *first >= job.FirstSpareUnit() ||
+        !WouldDelay(worker, job, job.Samples(*first))) {
         return first;
     }
     const auto spare = job.FindPending(job.FirstSpareUnit(), wanted);
