@@ -147,6 +147,8 @@ std::vector<std::string> JobQueue::ForgetOverJobs(std::size_t keep) {
         for (auto& [id, worker] : workers_) {
             worker.jobs.erase(name);
         }
+        losses_.Forget(name);
+        checks_.Forget(name);
         jobs_.erase(name);
         forgotten.push_back(name);
         --over;
@@ -229,7 +231,9 @@ WorkerId JobQueue::AddWorker(const std::string& name, const std::string& numeric
     worker.info.numeric_class = numeric_class;
     worker.info.threads = std::clamp(threads, 1, 4096);
     worker.last_heard = now;
+    worker.asked = clean;
     workers_.emplace(++last_worker_, std::move(worker));
+    SetMachine(last_worker_, clean);
     return last_worker_;
 }
 
@@ -268,10 +272,12 @@ void JobQueue::SceneReady(WorkerId id, const std::string& name,
     if (std::exchange(worker.jobs[name].scene_ready, true)) {
         return;
     }
+    losses_.Loaded(name);
     // Only now do its leases begin to take time.
     std::uint64_t before = 0;
     for (const LeaseId lease_id : worker.leases) {
         Lease& lease = leases_.at(lease_id);
+        lease.alone = lease.alone && losses_.UnitAlone(lease.job, lease.unit);
         if (lease.job == name && !lease.late) {
             lease.issued = now;
             SetDeadline(worker, true, before, &lease, now);

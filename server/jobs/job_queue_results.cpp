@@ -59,7 +59,8 @@ ResultVerdict JobQueue::AddLateResult(WorkerId id, const std::string& name, std:
     Job& job = Find(name);
     Worker& worker = workers_.at(id);
     const std::string& needed = job.info().numeric_class;
-    if (!needed.empty() && needed != worker.info.numeric_class) {
+    if ((!needed.empty() && needed != worker.info.numeric_class) ||
+        !worker.info.quarantined.empty()) {
         return ResultVerdict::kDuplicate;
     }
     try {
@@ -90,16 +91,27 @@ void JobQueue::TakeResult(WorkerId id, Job* job, std::size_t unit, LeaseId own, 
         double& mean = worker.info.samples_per_second;
         mean = mean > 0 ? mean + kSpeedWeight * (speed - mean) : speed;
     }
-    worker.info.samples_done += samples;
     Involvement& involvement = worker.jobs[name];
     involvement.scene_ready = involvement.scene_ready || own != 0;
     involvement.problems = 0;
+    job->DropLease(unit, own);
+    if (auto answer = CrossCheck(id, job, unit, std::move(result), now)) {
+        Accept(job, unit, std::move(*answer), now);
+    }
+}
 
-    std::set<LeaseId> others = job->Leases(unit);
-    others.erase(own);
-    Revoke(others);
-    job->Accept(unit, worker.info.name, std::move(result), now);
+void JobQueue::Accept(Job* job, std::size_t unit, CrossChecks::Vote answer, TimePoint now) {
+    const std::string& name = job->info().name;
+    if (const auto it = workers_.find(answer.id); it != workers_.end()) {
+        it->second.info.samples_done += job->Samples(unit);
+    }
+    Revoke(std::set<LeaseId>(job->Leases(unit)));
+    losses_.Done(name, unit);
+    job->Accept(unit, answer.worker, std::move(answer.result), now);
     NoteStateOf(job);
+    if (!job->active()) {
+        losses_.Forget(name);
+    }
 }
 
 void JobQueue::CountMergeSeconds(const std::string& name, double seconds) {
