@@ -1,6 +1,7 @@
 #include "worker/loop/job_scenes.h"
 
 #include <fmt/format.h>
+#include <malloc.h>
 
 #include <algorithm>
 #include <new>
@@ -8,7 +9,9 @@
 
 #include "core/base/error.h"
 #include "core/base/log.h"
+#include "core/base/resources.h"
 #include "proto/codec/codec.h"
+#include "worker/loop/crash_report.h"
 #include "worker/loop/manifest_source.h"
 
 namespace relume::worker {
@@ -26,6 +29,15 @@ auto FindFirst(List* list, const std::string& key) {
         list->splice(list->begin(), *list, it);
     }
     return it;
+}
+
+std::string NeedsMemory() {
+    const auto limit = DataLimit();
+    return limit ? fmt::format(
+                       "the scene needs more than the {:.3g} GB that this worker may take; "
+                       "give it more (--memory-limit), or a machine that has more",
+                       static_cast<double>(*limit) * 1e-9)
+                 : "the scene needs more memory than there is; render on a machine with more";
 }
 
 // Would another worker, or a later attempt, do better?
@@ -153,6 +165,7 @@ void JobScenes::Load(const std::string& job, const Entry& entry, std::uint64_t g
     bool transient = false;
     bool fetching = true;
     try {
+        const CrashScope crash_scope(job, 0);
         if (built && built->view) {
             fetching = false;
             scene = built->view(entry.settings);
@@ -160,14 +173,13 @@ void JobScenes::Load(const std::string& job, const Entry& entry, std::uint64_t g
             const ManifestSource files(entry.manifest, cache_, fetch_);
             files.FetchAll();
             fetching = false;
-            scene = loader_(files, entry.manifest, entry.settings);
+            scene = LoadWithRoom(files, entry);
         }
     } catch (const Error& error) {
         problem = error.what();
         transient = IsTransient(error.code(), fetching);
     } catch (const std::bad_alloc&) {
-        problem = fmt::format("{}: not enough memory for the scene; give the worker more",
-                              entry.manifest.main);
+        problem = entry.manifest.main + ": " + NeedsMemory();
         transient = true;
     } catch (const std::exception& error) {
         problem = fmt::format("{}: {}", entry.manifest.main, error.what());
@@ -195,6 +207,34 @@ void JobScenes::Load(const std::string& job, const Entry& entry, std::uint64_t g
     } else {
         handler_.on_problem(job, problem, transient);
     }
+}
+
+std::shared_ptr<const LoadedScene> JobScenes::LoadWithRoom(const FileSource& files,
+                                                           const Entry& entry) {
+    try {
+        return loader_(files, entry.manifest, entry.settings);
+    } catch (const std::bad_alloc&) {
+        if (!DropKept()) {
+            throw;
+        }
+    } catch (const Error& error) {
+        if (error.code() != ErrorCode::kResourceExhausted || !DropKept()) {
+            throw;
+        }
+    }
+    return loader_(files, entry.manifest, entry.settings);
+}
+
+bool JobScenes::DropKept() {
+    decltype(kept_) dropped;
+    {
+        const std::lock_guard lock(mutex_);
+        dropped.swap(kept_);
+    }
+    const bool any = !dropped.empty();
+    dropped.clear();
+    malloc_trim(0);
+    return any;
 }
 
 void JobScenes::Keep(const Entry& entry, std::shared_ptr<const LoadedScene> scene) {

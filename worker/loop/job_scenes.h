@@ -65,6 +65,10 @@ class JobScenes {
     void LoadThread();
     // Loads and reports; takes no lock while it loads.
     void Load(const std::string& job, const Entry& entry, std::uint64_t generation);
+    // By the loader; if memory is short, once more without the scenes that are kept.
+    std::shared_ptr<const LoadedScene> LoadWithRoom(const FileSource& files, const Entry& entry);
+    // False if there were none.
+    bool DropKept();
     void Keep(const Entry& entry, std::shared_ptr<const LoadedScene> scene);
     // The job's scene if it is kept; moves it to the front.
     std::shared_ptr<const LoadedScene> Find(const Entry& entry);

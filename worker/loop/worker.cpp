@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <grpcpp/create_channel.h>
+#include <pthread.h>
 
 #include <algorithm>
 #include <chrono>
@@ -23,6 +24,7 @@ namespace {
 
 constexpr double kWelcomeSeconds = 10;
 constexpr double kGoodbyeSeconds = 0.5;
+constexpr std::chrono::milliseconds kLastWordsTime{900};
 constexpr double kTickSeconds = 0.1;  // between looks at the clock before the Welcome
 constexpr double kMinBackoffSeconds = 0.1, kMaxBackoffSeconds = 5;
 // Enough that a thread never waits for the wire, few enough that a pass ends evenly.
@@ -100,6 +102,26 @@ Worker::~Worker() {
 void Worker::Stop() {
     stopping_.Cancel();
     Post({Event::kStop, {}, {}});
+}
+
+void Worker::SayLastWords(const Crash& crash) {
+    std::shared_ptr<WorkStream> stream;
+    {
+        const std::lock_guard lock(mutex_);
+        stream = stream_;
+    }
+    if (!stream) {
+        return;
+    }
+    v1::WorkRequest message;
+    v1::JobProblem* problem = message.mutable_problem();
+    problem->set_job(crash.job);
+    problem->set_message(fmt::format("signal {}", crash.signal));
+    problem->set_transient(true);
+    problem->set_signal(crash.signal);
+    problem->set_lease_id(crash.lease);
+    stream->Send(std::move(message));
+    stream->WaitUntilClosed(kLastWordsTime);
 }
 
 void Worker::Post(Event event) {
@@ -232,6 +254,7 @@ void Worker::SayHello() {
     hello->mutable_numeric_class()->set_build(kBuild);
     hello->mutable_numeric_class()->set_isa(options_.isa);
     hello->set_threads(options_.threads);
+    hello->set_machine(options_.machine);
     Send(std::move(message));
 }
 
@@ -339,10 +362,12 @@ void Worker::Drain() {
 }
 
 void Worker::RenderThread() {
+    pthread_setname_np(pthread_self(), "render");
     while (auto lease = leases_.Take()) {
         const LogScope scope({.job = lease->job, .lease = lease->id});
         v1::WorkRequest message;
         try {
+            const CrashScope crash_scope(lease->job, lease->id);
             const TileResult result = lease->scene->render(lease->task, *lease->cancel);
             if (!lease->cancel->cancelled()) {
                 std::uint64_t offset = 0;

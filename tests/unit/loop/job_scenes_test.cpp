@@ -209,6 +209,29 @@ TEST_F(JobScenesTest, WhatAnotherWorkerMayDoBetterIsTransient) {
     EXPECT_EQ(call.message, "disk full");
 }
 
+TEST_F(JobScenesTest, AKeptSceneMakesRoomForOneThatNeedsItsMemory) {
+    std::weak_ptr<const LoadedScene> kept;
+    int attempts = 0;
+    auto scenes = Make([&](const FileSource&, const SceneManifest&,
+                           const RenderSettings&) -> std::shared_ptr<const LoadedScene> {
+        ++attempts;
+        if (!kept.expired()) {
+            throw std::bad_alloc();
+        }
+        auto scene = std::make_shared<LoadedScene>();
+        kept = scene;
+        return scene;
+    });
+    scenes.Add("jobs/a", Scene("one"), settings);
+    scenes.Want("jobs/a");
+    EXPECT_TRUE(Next().ready);
+    scenes.Forget("jobs/a");
+    scenes.Add("jobs/b", Scene("two"), settings);
+    scenes.Want("jobs/b");
+    EXPECT_TRUE(Next().ready);
+    EXPECT_EQ(attempts, 3);
+}
+
 TEST_F(JobScenesTest, ATransferThatBreaksIsTransientAMissingFileIsNot) {
     auto scenes = Make();
     const SceneManifest broken = Scene(std::string(500, 'x'));
