@@ -73,6 +73,12 @@ int main(int argc, char** argv) {
                    "extended, e.g. 16G; the oldest go first")
         ->transform(CLI::AsSizeValue(false))
         ->default_str("16G");
+    options.coordinator.cross_check = 0.01;
+    app.add_option("--cross-check", options.coordinator.cross_check,
+                   "share of the work that two workers render, on two machines if there are: it "
+                   "counts when their answers are equal, and who is found wrong gets no more")
+        ->capture_default_str()
+        ->check(CLI::Range(0.0, 1.0));
     app.add_option("--tls-cert", tls.cert, "certificate of this server (PEM): all is encrypted")
         ->type_name("FILE");
     app.add_option("--tls-key", tls.key, "its private key (PEM)")->type_name("FILE");
@@ -135,6 +141,7 @@ int main(int argc, char** argv) {
 
         options.listen = relume::server::ParseListenAddress(listen);
         options.tls = relume::LoadServerTls(tls);
+        options.tls_files = tls;
         relume::server::CheckExposure(options.listen, options.tls.enabled(), insecure,
                                       !join_token.empty());
         if (!join_token.empty()) {

@@ -45,6 +45,8 @@ Coordinator::Coordinator(const CoordinatorOptions& options)
                    Acknowledge(worker, ticket);
                }},
               &queue_, &ledger_, &snapshots_, &wall_, &control_, &films_) {
+    std::random_device random;
+    queue_.SetCrossCheck(options.cross_check, (std::uint64_t{random()} << 32) | random());
     Load();
     control_.Every(FromSeconds(kTickSeconds), [this] { Tick(); });
 }
@@ -68,10 +70,10 @@ void Coordinator::Tick() {
     // Also those who have nothing to wait for: a lease may have become worth a race.
     ForEach(worker_streams_, &Listener::Advance);
     Changed();
+    keeper_.Tick(now);
     if (stopping_) {
         return;
     }
-    keeper_.Tick(now);
     NoteThoseOver();
     NoteUsedTime(now);
     std::erase_if(unstored_, [&](const Unstored& image) {
@@ -241,6 +243,14 @@ void Coordinator::StopStreams() {
     stopping_ = true;
     ForEach(worker_streams_, &Listener::Stop);
     ForEach(watchers_, &Listener::Stop);
+}
+
+void Coordinator::SaveFilms(const std::function<void()>& done) {
+    // Those whose last samples came in meanwhile; filters begin with the next server.
+    while (const auto work = queue_.TakeFilterWork()) {
+        keeper_.Final(*work);
+    }
+    keeper_.SaveAll(done);
 }
 
 void Coordinator::StartPlans() {

@@ -35,6 +35,7 @@ struct CoordinatorOptions {
     std::filesystem::path data;  // holds blobs, results, films, the ledger and a lock
     std::uint64_t blob_quota = std::uint64_t{64} << 30;
     FilmKeeper::Options films;
+    double cross_check = 0;  // share of units that two workers render, see JobQueue
     std::shared_ptr<store::Disk> disk = store::RealDisk();  // for results and films
 };
 
@@ -116,6 +117,8 @@ class Coordinator {
     void Changed();
     // Tells all streams to end.
     void StopStreams();
+    // After that: saves what has come in since the last saves, then calls `done`.
+    void SaveFilms(const std::function<void()>& done);
 
   private:
     struct Record {

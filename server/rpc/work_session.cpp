@@ -107,6 +107,10 @@ void WorkSession::Handle(const v1::WorkRequest& message) {
         }
         case v1::WorkRequest::kProblem: {
             const v1::JobProblem& problem = message.problem();
+            if (problem.signal() != 0) {
+                queue.Crashed(worker_, problem.job(), problem.lease_id(), problem.signal());
+                throw Error(ErrorCode::kCancelled, "it dies: " + Clean(problem.message()));
+            }
             queue.Problem(worker_, problem.job(), Clean(problem.message()), problem.transient(),
                           now);
             break;
@@ -147,6 +151,9 @@ void WorkSession::HandleHello(const v1::Hello& hello) {
     jobs::JobQueue& queue = coordinator_->queue();
     const std::string numeric_class = Clean(NumericClassText(hello.numeric_class()));
     worker_ = queue.AddWorker(hello.name(), numeric_class, hello.threads(), coordinator_->Now());
+    if (!hello.machine().empty()) {
+        queue.SetMachine(worker_, Clean(hello.machine()));
+    }
     const LogScope scope({.worker = queue.WorkerName(worker_)});
     spdlog::info("worker {}: is here with {} threads ({})", queue.WorkerName(worker_),
                  hello.threads(), numeric_class);
@@ -340,7 +347,13 @@ void WorkSession::Leave(const grpc::Status& status) {
         const LogScope scope({.worker = queue.WorkerName(worker_)});
         spdlog::info("worker {}: has left{}", queue.WorkerName(worker_),
                      status.ok() ? "" : fmt::format(" ({})", status.error_message()));
-        queue.RemoveWorker(worker_);
+        // Whoever is refused, or leaves because the server stops, is not lost over its work.
+        const bool lost = status.ok() || status.error_code() == grpc::StatusCode::CANCELLED;
+        if (lost && !coordinator_->stopping()) {
+            queue.LoseWorker(worker_, "was lost", coordinator_->Now());
+        } else {
+            queue.RemoveWorker(worker_);
+        }
         coordinator_->TakeAcknowledged(worker_);
         worker_ = 0;
     }

@@ -200,6 +200,29 @@ TEST_F(RestartTest, ASlowDiskHoldsUpTheCopyAndNothingElse) {
     EXPECT_EQ(WaitForEnd(job.name()).image_sha256(), expected.image_sha256());
 }
 
+TEST_F(RestartTest, AServerThatIsStoppedSavesWhatItHas) {
+    const v1::Job expected = Undisturbed(Spec());
+    Restart(Saving(1000));
+    FakeWorkerOptions stalls;
+    stalls.stall_after = 7;
+    auto worker = StartWorker(stalls);
+    const std::string name = MustCreate(Spec()).name();
+    worker->WaitForLeases(8);
+    const v1::Job before = WaitUntil(name, [](const v1::Job& j) {
+        return j.samples_done() > 0 && j.workers_size() == 1 && j.workers(0).leases() == 7;
+    });
+    EXPECT_EQ(before.save_seconds(), 0);
+    Restart(Saving(1000));
+    worker.reset();
+    EXPECT_EQ(GetJob(name).samples_done(), before.samples_done());
+    const auto fresh = StartWorker();
+    const v1::Job done = WaitForEnd(name);
+    EXPECT_EQ(done.image_sha256(), expected.image_sha256());
+    EXPECT_THAT(done.ledger().problem(), IsEmpty());
+    // Nothing that was merged is rendered again.
+    EXPECT_EQ(static_cast<std::uint64_t>(fresh->leases()) + 7, done.ledger().ranges());
+}
+
 TEST_F(RestartTest, ADamagedFilmIsPassedOverForTheOneBefore) {
     v1::JobSpec spec = Spec();
     spec.set_spp(16);

@@ -6,9 +6,11 @@
 
 #include <chrono>
 #include <csignal>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <set>
+#include <thread>
 
 #include "core/base/error.h"
 #include "core/trust/join_token.h"
@@ -49,6 +51,8 @@ class TlsTest : public testing::Test {
         ServerOptions options;
         options.listen.host = host;
         options.tls = tls;
+        options.tls_files = files;
+        options.tls_refresh_seconds = 1;
         options.join_token = token;
         options.coordinator.data = folder.path();
         server = std::make_unique<Server>(options);
@@ -97,6 +101,7 @@ class TlsTest : public testing::Test {
     }
 
     static TestCerts *certs, *foreign;
+    TlsFiles files;  // of the next server, if it is to look at them again
     TemporaryFolder folder;
     std::unique_ptr<Server> server;
     std::string address;
@@ -185,6 +190,33 @@ TEST_F(TlsTest, AServerThatCantBeBelievedIsRefusedAndToldWhy) {
     Start({});
     EXPECT_THAT(Explain(certs->Pems("client")), HasSubstr("does not speak TLS"));
     EXPECT_EQ(ProbeTls(address, {}), "");
+}
+
+TEST_F(TlsTest, RenewedFilesCountForNewConnections) {
+    const TemporaryFolder live;
+    const auto renew = [&](const TestCerts& from) {
+        for (const char* file : {"cert.pem", "key.pem", "ca.pem"}) {
+            std::filesystem::copy_file(from.Path("server", file), live.path() / file,
+                                       std::filesystem::copy_options::overwrite_existing);
+        }
+    };
+    renew(*certs);
+    files = {live.path() / "cert.pem", live.path() / "key.pem", live.path() / "ca.pem"};
+    Start(certs->Pems("server"));
+    const std::string list = "/relume.v1.JobService/ListJobs";
+    EXPECT_TRUE(Call(certs->Pems("client"), list).ok());
+    EXPECT_EQ(Call(certs->Pems("worker"), list).error_code(), grpc::StatusCode::PERMISSION_DENIED);
+    EXPECT_EQ(Call(foreign->Pems("client"), list).error_code(), grpc::StatusCode::UNAVAILABLE);
+    EXPECT_EQ(Call({"", "", certs->Pems("client").ca}, list).error_code(),
+              grpc::StatusCode::UNAVAILABLE);
+    renew(*foreign);
+    bool renewed = false;
+    for (int i = 0; i < 300 && !renewed; ++i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+        renewed = Call(foreign->Pems("client"), list).ok();
+    }
+    EXPECT_TRUE(renewed);
+    EXPECT_EQ(Call(certs->Pems("client"), list).error_code(), grpc::StatusCode::UNAVAILABLE);
 }
 
 TEST_F(TlsTest, WithoutACaEverybodyIsLetInEncrypted) {
