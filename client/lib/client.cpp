@@ -109,7 +109,10 @@ class Client::Retry {
     void Wait(const grpc::Status& status) {
         using Seconds = std::chrono::duration<double>;
         const double patience = client_->reached_ ? patience_ : kFirstContactSeconds;
-        if (client_->interrupted_ || status.error_code() != grpc::StatusCode::UNAVAILABLE ||
+        // A server that stops cancels what comes in at its last moment.
+        const bool away = status.error_code() == grpc::StatusCode::UNAVAILABLE ||
+                          status.error_code() == grpc::StatusCode::CANCELLED;
+        if (client_->interrupted_ || !away ||
             Seconds(std::chrono::steady_clock::now() - since_).count() >= patience) {
             client_->Throw(status);
         }

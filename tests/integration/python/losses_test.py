@@ -14,6 +14,7 @@ import signal
 import struct
 import subprocess
 import sys
+import tempfile
 import time
 import unittest
 import zlib
@@ -93,12 +94,14 @@ class LossesTest(unittest.TestCase):
             self.assertEqual(json.loads(done.stdout)['state'], 'succeeded')
 
     def test_a_scene_that_needs_more_memory_than_a_worker_may_take_goes_elsewhere(self):
-        with Farm('--cross-check', '0') as farm:
+        with tempfile.NamedTemporaryFile('w') as log, Farm('--cross-check', '0', log=log) as farm:
+            def said():
+                return pathlib.Path(log.name).read_text()
             small = farm.start_worker('--memory-limit', '256M')
             scene = big_picture_scene(farm.folder)
             name = relume('submit', scene, '--size', '16x16', '--spp', '4', '--filter', 'none',
                           server=farm.address).stdout.strip()
-            until(lambda: any('--memory-limit' in note for note in farm.job(name)['notes']))
+            until(lambda: 'needs more than the 0.268 GB that this worker may take' in said())
             self.assertIsNone(small.poll())
             farm.start_worker()
             job = json.loads(relume('watch', name, '--json', '--quiet', server=farm.address).stdout)
