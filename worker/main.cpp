@@ -32,7 +32,7 @@
 namespace {
 
 constexpr int kBuildThreads = 4;
-constexpr std::uint64_t kLeastMemory = std::uint64_t{256} << 20;
+constexpr std::uint64_t kLeastMemory = std::uint64_t{512} << 20;
 
 std::string HostAndPid() {
     char host[256] = "worker";
@@ -153,7 +153,7 @@ int main(int argc, char** argv) {
         if (memory_limit != 0) {
             if (memory_limit < kLeastMemory) {
                 relume::ThrowInvalidArgument(fmt::format(
-                    "--memory-limit {}: a worker needs 256M at least; 0 = no limit", memory_limit));
+                    "--memory-limit {}: a worker needs 512M at least; 0 = no limit", memory_limit));
             }
             relume::LimitData(memory_limit);
         }
