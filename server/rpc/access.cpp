@@ -91,6 +91,24 @@ std::optional<Role> RoleOfUri(std::string_view uri) {
     return std::nullopt;
 }
 
+std::string OwnerOf(const grpc::CallbackServerContext& context, std::string_view said) {
+    constexpr std::size_t kMaxOwner = 64;
+    const auto caller = context.auth_context();
+    std::string owner;
+    if (caller && caller->IsPeerAuthenticated()) {
+        owner = CommonName(*caller);
+    }
+    if (owner.empty()) {
+        owner = Clean(said);
+    }
+    if (owner.empty()) {
+        const std::string peer = context.peer();  // ipv4:10.0.0.1:5123, ipv6:%5B::1%5D:5123
+        const std::size_t begin = peer.find(':') + 1, end = peer.rfind(':');
+        owner = Clean(begin > 0 && end >= begin ? peer.substr(begin, end - begin) : peer);
+    }
+    return owner.substr(0, kMaxOwner);
+}
+
 grpc::Status Access::CheckRole(const grpc::CallbackServerContext& context,
                                std::initializer_list<Role> allowed) const {
     if (!roles_) {

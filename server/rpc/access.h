@@ -20,6 +20,10 @@ const char* ToString(Role role);
 // domain is not looked at: the server's CA is believed.
 std::optional<Role> RoleOfUri(std::string_view uri);
 
+// Whose job it is: by the name of the caller's certificate; without one what the caller `said`,
+// else its address without the port. In one line that can be shown in a terminal.
+std::string OwnerOf(const grpc::CallbackServerContext& context, std::string_view said);
+
 // Who is let in to what. Thread-safe.
 class Access {
   public:

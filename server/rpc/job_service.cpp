@@ -40,14 +40,16 @@ grpc::ServerUnaryReactor* JobService::CreateJob(grpc::CallbackServerContext* con
     }
     grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
     // Checked on the io thread, which looks for the blobs; made on the control thread.
-    coordinator_->io().Post([this, reactor, request, response] {
+    coordinator_->io().Post([this, context, reactor, request, response] {
         auto spec = std::make_shared<CheckedSpec>();
         const grpc::Status status = Guard([&] {
             if (request->request_id().size() > kMaxRequestId) {
                 ThrowInvalidArgument(
                     fmt::format("request_id is longer than {} bytes; use a UUID", kMaxRequestId));
             }
-            *spec = CheckSpec(request->spec(), coordinator_->blobs());
+            v1::JobSpec asked = request->spec();
+            asked.set_owner(OwnerOf(*context, asked.owner()));
+            *spec = CheckSpec(asked, coordinator_->blobs());
         });
         if (!status.ok() || request->validate_only()) {
             if (status.ok()) {
