@@ -130,6 +130,7 @@ constexpr double kFilterEffort = 0.6;
 CheckedSpec CheckSpec(const v1::JobSpec& spec, const store::BlobStore& blobs) {
     CheckedSpec checked;
     checked.message = spec;
+    checked.caller = spec.owner();
     checked.settings = codec::FromProto(spec.settings());
     checked.manifest = codec::FromProto(spec.scene());
     const std::string& environment = checked.settings.environment;
