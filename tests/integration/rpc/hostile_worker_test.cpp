@@ -87,9 +87,9 @@ class HostileWorkerTest : public FarmFixture {
 };
 
 TEST_F(HostileWorkerTest, ResultsThatCantBeAreRefusedAndTheWorkerNamed) {
-    const auto set = [](int channel, float value) {
-        return [channel, value](TileResult* tile) {
-            tile->planes[static_cast<std::size_t>(channel) * tile->pixels.size()] = value;
+    const auto set = [](int plane, float value) {
+        return [plane, value](TileResult* tile) {
+            tile->planes[static_cast<std::size_t>(plane) * tile->pixels.size()] = value;
         };
     };
     const std::vector<std::pair<const char*, std::function<void(TileResult*)>>> lies{
