@@ -252,6 +252,15 @@ v1::Job Client::Create(const v1::JobSpec& spec) {
         const auto status = jobs_->CreateJob(context.get(), request, &response);
         if (status.ok()) {
             reached_ = true;
+            v1::JobSpec asked = spec;
+            asked.set_owner(response.job().spec().owner());  // which the server knows better
+            if (response.job().spec().SerializeAsString() != asked.SerializeAsString()) {
+                Cancel(response.job().name());
+                throw Error(ErrorCode::kDataLoss,
+                            fmt::format("{}: {} is another job than was asked for: bits changed on "
+                                        "the way; it is cancelled, try again",
+                                        server_.address, response.job().name()));
+            }
             return response.job();
         }
         retry.Wait(status);

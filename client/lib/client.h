@@ -40,7 +40,8 @@ class Client {
     // Asks the server what it thinks of a job without making one. A scene whose files are not there
     // yet is no objection.
     void Validate(const v1::JobSpec& spec);
-    // Makes the job. Safe to repeat within: the request carries an id.
+    // Makes the job. Safe to repeat within: the request carries an id. kDataLoss if the server has
+    // understood another one.
     v1::Job Create(const v1::JobSpec& spec);
 
     v1::Job Get(const std::string& name);

@@ -11,6 +11,10 @@
 namespace relume::jobs {
 namespace {
 
+constexpr double kMaxSeconds = 1e6;  // thread time of a lease
+// Paths have up to 1024 segments; a few rays go to lights and through glass from each.
+constexpr std::uint64_t kMaxRaysPerSample = 1'000'000;
+
 bool IsSquareSum(int channel) {
     return (channel >= kM2A && channel < kM2B + 3) || channel >= kFeatureM2 ||
            channel == kMaxLuminance;
@@ -25,8 +29,13 @@ void CheckResult(const TileTask& task, const TileResult& result) {
             "holds {} pixels and {} values, {} pixels of {} values are due", result.pixels.size(),
             result.planes.size(), task.ActivePixels(), static_cast<int>(kFilmChannelCount)));
     }
-    if (!std::isfinite(result.seconds) || result.seconds < 0) {
-        ThrowInvalidArgument("says that it took a time that is none");
+    if (!(result.seconds >= 0 && result.seconds <= kMaxSeconds)) {  // NaN, too
+        ThrowInvalidArgument(
+            fmt::format("says that it took {} s; 0 to {} can be", result.seconds, kMaxSeconds));
+    }
+    if (result.rays / kMaxRaysPerSample > task.TotalSamples()) {
+        ThrowInvalidArgument(fmt::format("says that it traced {} rays for {} samples", result.rays,
+                                         task.TotalSamples()));
     }
     const std::size_t n = result.pixels.size();
     for (int channel = 0; channel < kFilmChannelCount; ++channel) {

@@ -128,6 +128,10 @@ class JobQueue {
     // The task of a lease that is out, else null. Valid until the next call of a method that is not
     // const.
     const TileTask* TaskOf(LeaseId lease) const;
+    // Whether such a lease is with the worker.
+    bool IsLent(LeaseId lease, WorkerId worker) const;
+    // The job and the unit of such a lease.
+    std::pair<std::string, std::uint64_t> UnitOf(LeaseId lease) const;
     ResultVerdict AddResult(WorkerId worker, LeaseId lease, const std::string& job,
                             TileResult result, TimePoint now);
     // The task of a unit of a job that still waits for its answer, whoever has it on loan.
@@ -140,6 +144,9 @@ class JobQueue {
     // The answer could not even be read.
     ResultVerdict RejectResult(WorkerId worker, LeaseId lease, const std::string& reason,
                                TimePoint now);
+    // Nor an answer whose lease is gone.
+    void RejectLateResult(WorkerId worker, const std::string& job, const std::string& reason,
+                          TimePoint now);
     void ReturnLeases(WorkerId worker, const std::vector<LeaseId>& leases);
     // Leases of the worker that are of no more use, since the last call.
     std::vector<LeaseId> TakeRevoked(WorkerId worker);

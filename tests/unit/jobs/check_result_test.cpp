@@ -49,8 +49,15 @@ TEST(CheckResult, RefusesValuesThatAreNone) {
     result.planes[(kM2A + 1) * result.pixels.size()] = -1e-3f;
     ExpectRefused(Task(), result, "m2_a.G");
     result = PseudoRender(Task());
-    result.seconds = NAN;
-    ExpectRefused(Task(), result, "time");
+    for (const double seconds :
+         {static_cast<double>(NAN), static_cast<double>(INFINITY), -1e-9, 1e300}) {
+        result = PseudoRender(Task());
+        result.seconds = seconds;
+        ExpectRefused(Task(), result, "says that it took");
+    }
+    result = PseudoRender(Task());
+    result.rays = ~std::uint64_t{0};
+    ExpectRefused(Task(), result, "says that it traced");
 }
 
 TEST(CheckResult, RefusesSamplesThatAreNotTheLeases) {
