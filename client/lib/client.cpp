@@ -7,6 +7,7 @@
 #include <chrono>
 #include <fstream>
 #include <random>
+#include <thread>
 #include <utility>
 
 #include "client/lib/job_names.h"
@@ -74,7 +75,6 @@ void Client::Interrupt() {
     if (current_ != nullptr) {
         current_->TryCancel();
     }
-    interrupt_.notify_all();
 }
 
 void Client::Throw(const grpc::Status& status) const {
@@ -114,15 +114,26 @@ class Client::Retry {
             client_->Throw(status);
         }
         static thread_local std::mt19937 random(std::random_device{}());
-        const double seconds = backoff_ * std::uniform_real_distribution<>(0.5, 1.5)(random);
-        std::unique_lock lock(client_->mutex_);
-        client_->interrupt_.wait_for(lock, Seconds(seconds),
-                                     [&] { return client_->interrupted_.load(); });
+        Pause(Seconds(backoff_ * std::uniform_real_distribution<>(0.5, 1.5)(random)));
         backoff_ = std::min(2 * backoff_, 2.0);
     }
 
   private:
-    static constexpr double kFirstBackoff = 0.1;  // seconds
+    static constexpr double kFirstBackoff = 0.1;                  // seconds
+    static constexpr auto kStep = std::chrono::milliseconds(50);  // between looks at interrupted_
+
+    // A connection comes about only while one of our threads waits on its channel: one that slept
+    // between its calls, which fail at once, would never see TLS's handshake end.
+    void Pause(std::chrono::duration<double> length) {
+        using Clock = std::chrono::steady_clock;
+        const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(length);
+        while (!client_->interrupted_ && Clock::now() < end) {
+            const auto step = std::min<Clock::duration>(kStep, end - Clock::now());
+            if (client_->channel_->WaitForConnected(std::chrono::system_clock::now() + step)) {
+                std::this_thread::sleep_for(step);  // it is the server that asks for patience
+            }
+        }
+    }
 
     Client* client_;
     const double patience_;
