@@ -51,6 +51,14 @@ class Clock:
         then, = struct.unpack('q', self.memory)
         self.memory[:] = struct.pack('q', then + int(seconds * 1e9))
 
+    @staticmethod
+    def works(library, folder):
+        """Whether programs that load it live at another time."""
+        clock = Clock(library, folder / 'clock')
+        clock.jump(-1e6)
+        run = subprocess.run(['date', '+%s'], env={**os.environ, **clock.environment}, stdout=subprocess.PIPE, timeout=60)
+        return run.returncode == 0 and abs(float(run.stdout) + 1e6 - time.time()) < 1e5
+
 
 class Process:
     """A program of the farm through all its lives: `who` is 'server' or the number of a worker."""
@@ -108,8 +116,10 @@ class Process:
     def _may_end(self, code):
         said = self.said()
         if self.role == 'worker':
-            # Its first words, or the answer to them, were mangled: it believes in the wrong server.
-            return code == 1 and self.farm.links[self.who].mangled > self.mangled_before and 'works for' not in said
+            # Its first words, or the answer to them, were mangled: it believes in the wrong server, or the server in
+            # a wrong worker.
+            mangled = self.farm.links[self.who].mangled > self.mangled_before
+            return code == 1 and mangled and ('works for' not in said or 'refuses this worker' in said)
         # It can't begin without a disk, and says so.
         return code == 1 and self.disk_was_full and 'listening on' not in said and 'free some space' in said
 
@@ -258,7 +268,8 @@ class Farm:
         for process in self.processes.values():
             code = process.process.poll()
             state = state_of(process.process.pid) if code is None else f'ended with {code}'
-            lines.append(f'    {process.name} ({state}, {process.restarts} restarts): {last_line(process.said())}')
+            lines.append(f'    {process.name} ({state}, {process.restarts} restarts), at last:')
+            lines += [f'        {line[:300]}' for line in process.said().strip().splitlines()[-3:]]
         with self.mutex:
             clients = list(self.clients)
         lines += [f'    {" ".join(map(str, c.args[:3]))} ({state_of(c.pid)}):\n{stacks_of(c.pid)}'
@@ -295,10 +306,11 @@ def state_of(pid):
 def stacks_of(pid):
     """What its threads are at, where there is gdb."""
     if not shutil.which('gdb'):
-        return '    (with gdb its stacks would be told)'
+        return '        (with gdb its stacks would be told)'
     try:
         run = subprocess.run(['gdb', '-p', str(pid), '-batch', '-ex', 'thread apply all bt 16'], text=True,
                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, timeout=60)
     except subprocess.TimeoutExpired:
-        return '    (gdb has no answer)'
-    return '\n'.join(f'    {line[:160]}' for line in run.stdout.splitlines() if line.startswith(('#', 'Thread')))
+        return '        (gdb has no answer)'
+    lines = [f'        {line[:160]}' for line in run.stdout.splitlines() if line.startswith(('#', 'Thread'))]
+    return '\n'.join(lines) or '        (gdb tells no stacks)'
