@@ -20,10 +20,14 @@ TOOL = SOURCE / 'deploy' / 'relume-chaos'
 JOB = (ROOM, '--size', '96x64', '--spp', '64', '--sampler', 'uniform', '--seed', '3', '--filter', 'none')
 
 
-def digest(farm):
-    name = relume('submit', *JOB, server=farm.address).stdout.strip()
-    job = json.loads(relume('watch', name, '--json', '--quiet', server=farm.address).stdout)
-    return job['image_sha256'], job['ledger']['clean']
+def tls(certs, role):
+    return {f'RELUME_TLS_{k.upper()}': certs / role / f'{k}.pem' for k in ('ca', 'cert', 'key')}
+
+
+def digest(farm, certs):
+    name = relume('submit', *JOB, server=farm.address, env=tls(certs, 'client')).stdout.strip()
+    out = relume('watch', name, '--json', '--quiet', server=farm.address, env=tls(certs, 'client')).stdout
+    return json.loads(out)['image_sha256'], json.loads(out)['ledger']['clean']
 
 
 class Tool:
@@ -62,35 +66,35 @@ class Tool:
 
 class ChaosToolTest(unittest.TestCase):
     def test_a_farm_behind_it_ends_jobs_with_the_same_bits(self):
-        with Farm() as farm, tempfile.TemporaryDirectory() as folder:
-            worker = farm.start_worker()
-            expected = digest(farm)
-            worker.terminate()
-            worker.wait(timeout=60)
-            farm.workers.remove(worker)
-            trace = pathlib.Path(folder) / 'ran'
-            tools = [Tool('--server', farm.address, '--seconds', 6, '--every', 0.1, '--longest', 0.3, '--seed', 5,
-                          '--run', f'echo >> {trace}')]
-            try:
-                address = tools[0].wait_for('listening on').split()[-1]
+        with tempfile.TemporaryDirectory() as folder:
+            certs, trace = pathlib.Path(folder) / 'certs', pathlib.Path(folder) / 'ran'
+            subprocess.run([SOURCE / 'deploy' / 'certs', certs], stdout=subprocess.DEVNULL, check=True, timeout=120)
+            own = certs / 'server'
+            with Farm('--tls-cert', own / 'cert.pem', '--tls-key', own / 'key.pem', '--tls-ca', own / 'ca.pem') as farm:
+                def start_worker(address):
+                    farm.workers.append(subprocess.Popen(
+                        [BIN / 'relume-worker', '--server', address, '--threads', '1', '--log-level', 'error', '--cache',
+                         farm.folder / 'cache', f'--with-parent={os.getpid()}'],
+                        env=environment(None, tls(certs, 'worker'))))
+                    return farm.workers[-1]
 
-                def start_worker():
-                    return subprocess.Popen([BIN / 'relume-worker', '--server', address, '--threads', '1', '--log-level',
-                                             'error', '--cache', farm.folder / 'behind',
-                                             f'--with-parent={os.getpid()}'], env=environment())
-                behind = start_worker()
-                tools.append(Tool('--server', farm.address, '--seconds', 6, '--every', 0.1, '--longest', 0.3, '--stop',
-                                  behind.pid, '--kill', behind.pid))
-                tools[1].wait_for('SIGKILL to')
-                self.assertEqual(behind.wait(timeout=60), -signal.SIGKILL)
-                farm.workers.append(start_worker())
-                self.assertEqual(digest(farm), expected)
-                tools[0].wait_for('reset', 'partition', 'slow')
-                tools[0].wait_for('all is well')
-                self.assertTrue(trace.exists(), tools[0].lines)
-            finally:
-                for tool in tools:
-                    self.assertEqual(tool.end(), 0, tool.lines)
+                often = ('--server', farm.address, '--seconds', 6, '--every', 0.1, '--longest', 0.3, '--seed', 5)
+                worker = start_worker(farm.address)
+                expected = digest(farm, certs)
+                tools = [Tool(*often, '--run', f'echo >> {trace}'),
+                         Tool(*often, '--stop', worker.pid, '--kill', worker.pid)]
+                try:
+                    tools[1].wait_for('SIGKILL to')
+                    self.assertEqual(worker.wait(timeout=60), -signal.SIGKILL)
+                    farm.workers.remove(worker)
+                    start_worker(tools[0].wait_for('listening on').split()[-1])
+                    self.assertEqual(digest(farm, certs), expected)
+                    tools[0].wait_for('reset', 'partition', 'slow')
+                    tools[0].wait_for('all is well')
+                    self.assertTrue(trace.exists(), tools[0].lines)
+                finally:
+                    for tool in tools:
+                        self.assertEqual(tool.end(), 0, tool.lines)
 
     def test_what_it_cant_do_it_says(self):
         for arguments, code, says in ((('--server', 'nowhere'), 2, 'is no HOST:PORT'),
