@@ -38,8 +38,9 @@ class Schedule:
         self.workers, self.longest, self.can = workers, longest, can
 
     def events(self):
-        kinds = [self.mangle] * 4 + [self.kill_worker] * 2 + [self.stop_worker] * 2 + [self.partition] * 2
+        kinds = [self.kill_worker] * 2 + [self.stop_worker] * 2 + [self.partition] * 2
         kinds += [self.stop_server, self.kill_server, self.kill_client, self.one_way, self.slow, self.reset]
+        kinds += [self.mangle] * 4 if 'tls' in self.can else []  # in the clear TCP's checksum is all there is
         kinds += [self.disk_full] * 2 if 'small_disk' in self.can else []
         kinds += [self.clock_jump] * 2 if 'clocks' in self.can else []
         chosen = self.rng.choices(kinds, k=self.rng.randint(2, 4))
