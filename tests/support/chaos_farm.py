@@ -74,7 +74,7 @@ class Process:
 
     def start(self):
         self.began_at = self.log.stat().st_size if self.log.exists() else 0  # this life's first byte of the log
-        self.disk_was_full = self.farm.disk_full
+        self.disk_was_full = self.farm.disk_full > 0
         self.mangled_before = self.farm.links[self.who].mangled if self.role == 'worker' else 0
         self.killed = self.stopped = False
         self.restarts += 1
@@ -139,7 +139,7 @@ class Farm:
         self.findings = []
         self.job = None     # its name
         self.paused = 0     # times that the job said that it waits for room on the disk
-        self.disk_full = False
+        self.disk_full = 0  # of how many events
         self.mutex = threading.Lock()
         self.clients = set()  # guarded by mutex
         self.ended = False    # likewise
@@ -223,7 +223,7 @@ class Farm:
     # --- the disk ---
 
     def fill_disk(self):
-        self.disk_full = True
+        self.disk_full += 1
         with open(self.data / 'balloon', 'wb', buffering=0) as balloon:
             for size in (1 << 20, 1 << 12):
                 try:
@@ -233,8 +233,9 @@ class Farm:
                     pass
 
     def free_disk(self):
-        (self.data / 'balloon').unlink(missing_ok=True)
-        self.disk_full = False
+        self.disk_full -= 1
+        if self.disk_full == 0:
+            (self.data / 'balloon').unlink(missing_ok=True)
 
     # --- the end ---
 
@@ -246,7 +247,7 @@ class Farm:
                 process.signal(signal.SIGCONT)
         for link in self.links:
             link.heal()
-        if self.disk_full:
+        while self.disk_full:
             self.free_disk()
 
     def stop(self, patience):
