@@ -153,14 +153,14 @@ class Schedule:
         return Event(at, f'reset {name}', run)
 
     def mangle(self, at):
-        i, chunks = self._worker(), self.rng.randint(1, 4)
+        (i, name), chunks = self._link(), self.rng.randint(1, 4)
         how = self.rng.choice(('corrupt', 'duplicate', 'reorder'))
         way = self.rng.choice((UP, DOWN))
 
         def run(farm):
             farm.links[i].mangle = [(how, way)] * chunks
             yield 0
-        return Event(at, f'{how} {chunks} chunks {way} worker{i}', run)
+        return Event(at, f'{how} {chunks} chunks {way} {name}', run)
 
     # --- the machine ---
 

@@ -56,7 +56,8 @@ class Clock:
         """Whether programs that load it live at another time."""
         clock = Clock(library, folder / 'clock')
         clock.jump(-1e6)
-        run = subprocess.run(['date', '+%s'], env={**os.environ, **clock.environment}, stdout=subprocess.PIPE, timeout=60)
+        run = subprocess.run(['date', '+%s'], env={**os.environ, **clock.environment}, stdout=subprocess.PIPE,
+                             timeout=60)
         return run.returncode == 0 and abs(float(run.stdout) + 1e6 - time.time()) < 1e5
 
 
@@ -130,8 +131,8 @@ def last_line(text):
 
 
 class Farm:
-    """`folder`: new, for data, caches and logs. `certs`: made by deploy/certs; None: all in the clear. `small_disk`: the
-    data folder is a file system of its own, which can be filled. `clocks`: the library of clocks that jump, or None.
+    """`folder`: new, for data, caches and logs. `certs`: made by deploy/certs; None: all in the clear. `small_disk`:
+    the data folder is a file system of its own, which can be filled. `clocks`: the library of clocks that jump, or None.
     A context manager."""
 
     def __init__(self, bin_folder, folder, workers, seed, certs=None, small_disk=False, clocks=None):
@@ -168,7 +169,8 @@ class Farm:
         return env
 
     def _command(self, program, *arguments):
-        return [str(a) for a in (self.bin / program, f'--with-parent={os.getpid()}', '--log-level', 'debug', *arguments)]
+        own = (self.bin / program, f'--with-parent={os.getpid()}', '--log-level', 'debug')
+        return [str(a) for a in (*own, *arguments)]
 
     def _server_command(self):
         own = self.certs and self.certs / 'server'

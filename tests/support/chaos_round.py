@@ -105,16 +105,17 @@ class Round:
         """The digest. Failure: with what does not hold."""
         # Whatever happens, this program does not hang: it tells where it is, and all others go with it.
         faulthandler.dump_traceback_later(2 * self.options.patience + 8 * STOP_PATIENCE, exit=True)
-        with Farm(self.options.bin, self.folder, self.options.workers, self.seed,
-                  self.options.certs if 'tls' in self.can else None, 'small_disk' in self.can,
-                  self.options.clocks if 'clocks' in self.can else None) as farm:
-            try:
-                return self._run(farm)
-            except Failure as failure:
-                self.diagnosis = farm.diagnose()
-                raise Failure('; '.join(dict.fromkeys((str(failure), *farm.findings)))) from None
-            finally:
-                faulthandler.cancel_dump_traceback_later()
+        try:
+            with Farm(self.options.bin, self.folder, self.options.workers, self.seed,
+                      self.options.certs if 'tls' in self.can else None, 'small_disk' in self.can,
+                      self.options.clocks if 'clocks' in self.can else None) as farm:
+                try:
+                    return self._run(farm)
+                except Failure as failure:
+                    self.diagnosis = farm.diagnose()
+                    raise Failure('; '.join(dict.fromkeys((str(failure), *farm.findings)))) from None
+        finally:
+            faulthandler.cancel_dump_traceback_later()
 
     def _run(self, farm):
         deadline = time.monotonic() + self.options.patience
@@ -155,5 +156,5 @@ class Round:
         digest = check(farm, self.job)
         farm.stop(STOP_PATIENCE)
         if farm.findings:
-            raise Failure('see below')
+            raise Failure(farm.findings[0])
         return digest

@@ -73,8 +73,8 @@ class ChaosToolTest(unittest.TestCase):
             with Farm('--tls-cert', own / 'cert.pem', '--tls-key', own / 'key.pem', '--tls-ca', own / 'ca.pem') as farm:
                 def start_worker(address):
                     farm.workers.append(subprocess.Popen(
-                        [BIN / 'relume-worker', '--server', address, '--threads', '1', '--log-level', 'error', '--cache',
-                         farm.folder / 'cache', f'--with-parent={os.getpid()}'],
+                        [BIN / 'relume-worker', '--server', address, '--threads', '1', '--log-level', 'error',
+                         '--cache', farm.folder / 'cache', f'--with-parent={os.getpid()}'],
                         env=environment(None, tls(certs, 'worker'))))
                     return farm.workers[-1]
 
