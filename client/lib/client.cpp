@@ -23,6 +23,14 @@ constexpr int kConnectMilliseconds = 4000;
 constexpr double kUnarySeconds = 20;
 constexpr double kChunkSeconds = 600;  // one blob, one result
 
+// Of a call that came to nothing because its connection did. The second is what gRPC says of one
+// that broke by bytes that are not what TLS makes of them.
+bool MayPass(const grpc::Status& status) {
+    return status.error_code() == grpc::StatusCode::UNAVAILABLE ||
+           (status.error_code() == grpc::StatusCode::UNKNOWN &&
+            status.error_message() == "Stream removed");
+}
+
 }  // namespace
 
 // A call's context, known to Interrupt while it lives.
@@ -109,7 +117,7 @@ class Client::Retry {
     void Wait(const grpc::Status& status) {
         using Seconds = std::chrono::duration<double>;
         const double patience = client_->reached_ ? patience_ : kFirstContactSeconds;
-        if (client_->interrupted_ || status.error_code() != grpc::StatusCode::UNAVAILABLE ||
+        if (client_->interrupted_ || !MayPass(status) ||
             Seconds(std::chrono::steady_clock::now() - since_).count() >= patience) {
             client_->Throw(status);
         }
