@@ -6,7 +6,7 @@ import time
 
 from chaos_links import DOWN, UP
 
-HELD_PATIENCE = 20  # seconds, until a job says that it is paused by a full disk
+HELD_PATIENCE = 20  # seconds, until a job that renders says that it is paused by a full disk
 ASK_PATIENCE = 10   # seconds
 TICK = 0.02         # seconds
 
@@ -209,8 +209,10 @@ def disk_filled(farm, long):
                 farm.findings.append(f"the job is paused and does not say what to do: {job['held']}")
             farm.paused += 1
             break
+        if not job or job['state'] != 'rendering':
+            end = time.monotonic() + HELD_PATIENCE  # a filter that runs needs no disk before it is done
         if time.monotonic() > end:
-            farm.findings.append(f'the disk is full for {HELD_PATIENCE} s, and the job does not say so')
+            farm.findings.append(f'the disk is full for {HELD_PATIENCE} s, and the job that renders does not say so')
             break
         yield TICK
     yield long
