@@ -7,6 +7,7 @@
 #include <chrono>
 #include <fstream>
 #include <random>
+#include <thread>
 #include <utility>
 
 #include "client/lib/job_names.h"
@@ -21,6 +22,14 @@ namespace {
 constexpr int kConnectMilliseconds = 4000;
 constexpr double kUnarySeconds = 20;
 constexpr double kChunkSeconds = 600;  // one blob, one result
+
+// Of a call that came to nothing because its connection did. The second is what gRPC says of one
+// that broke by bytes that are not what TLS makes of them.
+bool MayPass(const grpc::Status& status) {
+    return status.error_code() == grpc::StatusCode::UNAVAILABLE ||
+           (status.error_code() == grpc::StatusCode::UNKNOWN &&
+            status.error_message() == "Stream removed");
+}
 
 }  // namespace
 
@@ -74,7 +83,6 @@ void Client::Interrupt() {
     if (current_ != nullptr) {
         current_->TryCancel();
     }
-    interrupt_.notify_all();
 }
 
 void Client::Throw(const grpc::Status& status) const {
@@ -109,20 +117,31 @@ class Client::Retry {
     void Wait(const grpc::Status& status) {
         using Seconds = std::chrono::duration<double>;
         const double patience = client_->reached_ ? patience_ : kFirstContactSeconds;
-        if (client_->interrupted_ || status.error_code() != grpc::StatusCode::UNAVAILABLE ||
+        if (client_->interrupted_ || !MayPass(status) ||
             Seconds(std::chrono::steady_clock::now() - since_).count() >= patience) {
             client_->Throw(status);
         }
         static thread_local std::mt19937 random(std::random_device{}());
-        const double seconds = backoff_ * std::uniform_real_distribution<>(0.5, 1.5)(random);
-        std::unique_lock lock(client_->mutex_);
-        client_->interrupt_.wait_for(lock, Seconds(seconds),
-                                     [&] { return client_->interrupted_.load(); });
+        Pause(Seconds(backoff_ * std::uniform_real_distribution<>(0.5, 1.5)(random)));
         backoff_ = std::min(2 * backoff_, 2.0);
     }
 
   private:
-    static constexpr double kFirstBackoff = 0.1;  // seconds
+    static constexpr double kFirstBackoff = 0.1;                  // seconds
+    static constexpr auto kStep = std::chrono::milliseconds(50);  // between looks at interrupted_
+
+    // A connection comes about only while one of our threads waits on its channel: one that slept
+    // between its calls, which fail at once, would never see TLS's handshake end.
+    void Pause(std::chrono::duration<double> length) {
+        using Clock = std::chrono::steady_clock;
+        const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(length);
+        while (!client_->interrupted_ && Clock::now() < end) {
+            const auto step = std::min<Clock::duration>(kStep, end - Clock::now());
+            if (client_->channel_->WaitForConnected(std::chrono::system_clock::now() + step)) {
+                std::this_thread::sleep_for(step);  // it is the server that asks for patience
+            }
+        }
+    }
 
     Client* client_;
     const double patience_;

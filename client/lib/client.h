@@ -4,7 +4,6 @@
 #include <grpcpp/client_context.h>
 
 #include <atomic>
-#include <condition_variable>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -92,7 +91,6 @@ class Client {
     std::atomic<bool> interrupted_{false};
     std::mutex mutex_;                        // guards all below
     grpc::ClientContext* current_ = nullptr;  // of the call under way
-    std::condition_variable interrupt_;
 };
 
 }  // namespace relume::client

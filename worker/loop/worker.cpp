@@ -306,7 +306,8 @@ void Worker::HandleLease(const v1::Lease& lease) {
     try {
         held.task = codec::TaskFromLease(lease);
     } catch (const Error& error) {
-        SendProblem(lease.job(), error.what(), false);
+        // No server makes such a lease: it was damaged on its way, which is not the job's fault.
+        SendProblem(lease.job(), error.what(), true);
         ReturnLeases({lease.id()});
         return;
     }
