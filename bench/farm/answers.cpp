@@ -6,6 +6,7 @@
 
 #include <random>
 
+#include "core/film/aov.h"
 #include "core/film/moments.h"
 #include "proto/codec/codec.h"
 

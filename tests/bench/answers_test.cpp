@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/film/aov.h"
 #include "proto/codec/codec.h"
 #include "server/jobs/check_result.h"
 
