@@ -19,8 +19,7 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr int kMaxMessage = 4 << 20;
-constexpr int kMaxStreams = 256;    // at once, of one connection
-constexpr int kMaxFrame = 1 << 20;  // of HTTP/2, so that a result comes in one piece, not in ten
+constexpr int kMaxStreams = 256;          // at once, of one connection
 constexpr milliseconds kDrainTime{1500};  // for workers to finish their leases
 constexpr milliseconds kDrainInterval{20};
 constexpr milliseconds kGoodbyeTime{500};  // then calls are cut off
@@ -61,7 +60,6 @@ Server::Server(const ServerOptions& options)
     builder.AddChannelArgument(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
     builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 5'000);
     builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxStreams);
-    builder.AddChannelArgument(GRPC_ARG_HTTP2_MAX_FRAME_SIZE, kMaxFrame);
     builder.AddListeningPort(ToString(options.listen), MakeCredentials(options.tls),
                              &address_.port);
     builder.RegisterService(&jobs_);
