@@ -94,11 +94,12 @@ class FramesTest(unittest.TestCase):
 
             watched = json.loads(relume('watch', group, '--json', '--quiet', server=farm.address).stdout)
             self.assertEqual({job['frame']: job['image_sha256'] for job in watched}, expected)
-            relume('fetch', group, '-o', self.folder / 'got.##.exr', server=farm.address)
+            fetched = relume('fetch', group, '-o', self.folder / 'got.##.exr', server=farm.address).stdout
+            self.assertEqual(fetched.splitlines(), [f'{self.folder}/got.{frame:02}.exr: image digest {digest}'
+                                                    for frame, digest in sorted(expected.items())])
             self.assertEqual([name for name in self.files() if name.startswith('got')], ['got.00.exr', 'got.02.exr', 'got.04.exr'])
-            for frame in (0, 2, 4):
-                self.assertEqual((self.folder / f'got.{frame:02}.exr').stat().st_size,
-                                 (self.folder / f'out.{frame:04}.exr').stat().st_size)
+            again = relume('fetch', group, '-o', self.folder / 'got.##.exr', '--skip-existing', server=farm.address)
+            self.assertEqual(again.stdout, '')
             # Some of them, by name.
             names = [job['job'] for job in other['jobs']][1:]
             relume('watch', *names, '--quiet', server=farm.address)
