@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <fstream>
+#include <iterator>
 #include <random>
 #include <thread>
 #include <utility>
@@ -314,15 +315,19 @@ v1::Job Client::Extend(const std::string& name, double spp) {
     return response.job();
 }
 
-std::vector<v1::Job> Client::List(std::size_t limit) {
+std::vector<v1::Job> Client::List(std::size_t limit, const std::string& group) {
     std::vector<v1::Job> jobs;
     v1::ListJobsRequest request;
+    request.set_group(group);
     do {
         request.set_page_size(static_cast<int>(std::min<std::size_t>(limit - jobs.size(), 1000)));
         v1::ListJobsResponse response;
         CallContext context(this, kUnarySeconds);
         Require(jobs_->ListJobs(context.get(), request, &response));
-        jobs.insert(jobs.end(), response.jobs().begin(), response.jobs().end());
+        // A server that does not know of groups lists all jobs.
+        std::copy_if(
+            response.jobs().begin(), response.jobs().end(), std::back_inserter(jobs),
+            [&](const v1::Job& job) { return group.empty() || job.spec().group() == group; });
         request.set_page_token(response.next_page_token());
     } while (!request.page_token().empty() && jobs.size() < limit);
     return jobs;

@@ -47,8 +47,8 @@ class Client {
     v1::Job Cancel(const std::string& name);
     // Makes a job that has succeeded go on to `spp` samples a pixel.
     v1::Job Extend(const std::string& name, double spp);
-    // Newest first, at most `limit`.
-    std::vector<v1::Job> List(std::size_t limit);
+    // Newest first, at most `limit`; with a group's name its jobs alone.
+    std::vector<v1::Job> List(std::size_t limit, const std::string& group = "");
     std::vector<v1::Worker> Workers();
 
     // Calls `on_event` for each event until the job is over; answers with the job. A broken

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -73,8 +74,11 @@ class JobQueue {
     std::vector<std::string> TakeOver();
     // Adds to the job's save_seconds.
     void CountSave(const std::string& name, double seconds) { Find(name).CountSave(seconds); }
-    // Newest first: those with a number below `before` (0: all), at most `limit`.
-    std::vector<const JobInfo*> List(std::uint64_t before, std::size_t limit) const;
+    // Newest first: those with a number below `before` (0: all) whose name is `wanted`, at most
+    // `limit`.
+    std::vector<const JobInfo*> List(
+        std::uint64_t before, std::size_t limit,
+        const std::function<bool(const std::string& name)>& wanted = {}) const;
     void Cancel(const std::string& name, TimePoint now);
     void Fail(const std::string& name, const std::string& message, TimePoint now);
     std::optional<JobEvent> FindEvent(const std::string& name, std::uint64_t from) const {

@@ -105,7 +105,12 @@ grpc::ServerUnaryReactor* JobService::ListJobs(grpc::CallbackServerContext* cont
             request->page_size() == 0 ? kDefaultPage : std::min(request->page_size(), kMaxPage);
         const auto limit = static_cast<std::size_t>(size);
         // One more than is sent tells whether there is a next page.
-        const auto jobs = coordinator_->queue().List(ParseToken(request->page_token()), limit + 1);
+        const auto in_group = [&](const std::string& name) {
+            return request->group().empty() ||
+                   coordinator_->SpecOf(name).message.group() == request->group();
+        };
+        const auto jobs =
+            coordinator_->queue().List(ParseToken(request->page_token()), limit + 1, in_group);
         for (std::size_t i = 0; i < std::min(limit, jobs.size()); ++i) {
             coordinator_->FillJob(*jobs[i], false, response->add_jobs());
         }
