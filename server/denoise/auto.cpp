@@ -134,7 +134,7 @@ class Auto final : public Denoiser {
         }
         const Trial trial(frame);
         if (trial.samples() > 0 && trial.samples() < kFewestToTry) {
-            choice.denoiser = RestoreEnergy(MakeDenoiser(Untried(trial.samples())));
+            choice.denoiser = RestoreEnergy(MakeDenoiser(Untried(frame, trial.samples())));
             choice.reason = "halves of one sample a pixel say nothing of filters";
             return choice;
         }
@@ -152,7 +152,7 @@ class Auto final : public Denoiser {
         const double tried_share = halves * trial.share(), second = runs[kBilateralSlot].seconds;
         double spent = 1 + (trial.is_small() ? 2 : 2 * trial.share() + kEstimateCost);
         std::vector<std::size_t> mixed;
-        for (const auto& [k, worth] : Others()) {
+        for (const auto& [k, worth] : Others(frame)) {
             const double cost =
                 (tried_share + 1) * kCost[k] + (tried_share + (mixed.empty() ? 1 : 0)) * kMixCost;
             if (spent + cost <= Budget(worth, trial.samples(), second)) {
@@ -211,8 +211,9 @@ class Auto final : public Denoiser {
   private:
     float effort_, seconds_;  // 0: any
 
-    static std::span<const Other> Others() {
-        return HasNetSlot(kOidnSlot) ? std::span<const Other>(kWithOidn) : kWithoutOidn;
+    static std::span<const Other> Others(const Frame& frame) {
+        const bool has_oidn = HasNetSlot(kOidnSlot) && SuitsNetSlot(kOidnSlot, frame);
+        return has_oidn ? std::span<const Other>(kWithOidn) : kWithoutOidn;
     }
 
     // What may be spent on what is of that worth, in units of the bilateral filter, which takes
@@ -229,8 +230,8 @@ class Auto final : public Denoiser {
     }
 
     // Of a frame by which filters can't be judged: what is worth most, untried.
-    std::string Untried(double samples) const {
-        const Other& first = Others()[0];
+    std::string Untried(const Frame& frame, double samples) const {
+        const Other& first = Others(frame)[0];
         if (1 + kCost[first.slot] + kMixCost > Budget(first.worth, samples, 0)) {
             return kNetSlots[kBilateralSlot].filter;
         }

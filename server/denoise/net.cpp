@@ -29,6 +29,7 @@
 #include "core/base/error.h"
 #include "core/base/parallel.h"
 #include "server/denoise/denoiser.h"
+#include "server/denoise/net_evidence.h"
 #include "server/denoise/net_printed.h"
 #include "server/denoise/network/network.h"
 #include "server/denoise/network/weights.h"
@@ -39,8 +40,7 @@ namespace {
 
 constexpr const char* kWeights = "relume_blend";  // their name
 constexpr std::size_t kPixels = 4096;             // a task
-// Pixels a side: a thinner image is mostly the blackness beyond its border to oidn's network.
-constexpr int kLeastForOidn = 16;
+constexpr int kLeastForOidn = 16;                 // pixels a side
 
 // train/model.py has the same.
 GraphSpec Graph() {
@@ -131,9 +131,11 @@ class Net final : public Denoiser {
         std::array<Result, kNetSlotCount> results;
         NetCandidates candidates{};
         Result out;
-        const bool is_thin = std::min(frame.width, frame.height) < kLeastForOidn;
         for (std::size_t k = 0; k < kNetSlotCount; ++k) {
-            if (candidates_[k] && (k != kOidnSlot || !is_thin)) {
+            if (candidates_[k] && !SuitsNetSlot(k, frame)) {
+                out.notes["left_out"] = fmt::format("{}: the image is thinner than {} pixels",
+                                                    kNetSlots[k].name, kLeastForOidn);
+            } else if (candidates_[k]) {
                 results[k] = RunDenoiser(*candidates_[k], frame, cancel);
                 candidates[k] = &results[k];
             }
@@ -201,6 +203,10 @@ std::string JoinNames(const NetParts& parts) {
 
 bool HasNetSlot(std::size_t slot) { return slot != kOidnSlot || HasOidnNetworks(); }
 
+bool SuitsNetSlot(std::size_t slot, const Frame& frame) {
+    return slot != kOidnSlot || std::min(frame.width, frame.height) >= kLeastForOidn;
+}
+
 std::string NetName(const NetParts& parts, const std::string& without) {
     return fmt::format("net:candidates={}{}{}", JoinNames(parts),
                        without.empty() ? "" : ",bilateral-without=", without);
@@ -217,6 +223,7 @@ NetMix MixByNetwork(const Frame& frame, const NetCandidates& candidates,
     NetMix mix;
     std::ranges::move(logits, mix.weights.begin());
     Normalise(candidates, &mix.weights);
+    HoldToSamples(frame, candidates, &mix.weights);
     for (std::size_t c = 0; c < 3; ++c) {
         mix.color[c].assign(frame.pixel_count(), 0.0f);
         for (std::size_t k = 0; k < kNetSlotCount; ++k) {

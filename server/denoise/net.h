@@ -14,6 +14,9 @@ using NetParts = std::array<bool, kNetSlotCount>;
 
 // Whether what that candidate needs is there: the weights of a network that is not ours.
 bool HasNetSlot(std::size_t slot);
+// Whether `net` mixes that candidate in such an image: oidn's network sees of one thinner than 16
+// pixels mostly the blackness beyond its border.
+bool SuitsNetSlot(std::size_t slot, const Frame& frame);
 
 // "net:candidates=rd-nfor"; `without`: what the bilateral filter is blind to, "" or "albedo-depth".
 std::string NetName(const NetParts& parts, const std::string& without);

@@ -109,11 +109,16 @@ std::vector<std::string> JobQueue::Rendering() const {
     return names;
 }
 
-std::vector<const JobInfo*> JobQueue::List(std::uint64_t before, std::size_t limit) const {
+std::vector<const JobInfo*> JobQueue::List(
+    std::uint64_t before, std::size_t limit,
+    const std::function<bool(const std::string& name)>& wanted) const {
     std::vector<const JobInfo*> list;
     auto it = before == 0 ? by_number_.end() : by_number_.lower_bound(before);
     while (it != by_number_.begin() && list.size() < limit) {
-        list.push_back(&(--it)->second->info());
+        const JobInfo& info = (--it)->second->info();
+        if (!wanted || wanted(info.name)) {
+            list.push_back(&info);
+        }
     }
     return list;
 }

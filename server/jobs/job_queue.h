@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -75,8 +76,11 @@ class JobQueue {
     std::vector<std::string> TakeOver();
     // Adds to the job's save_seconds.
     void CountSave(const std::string& name, double seconds) { Find(name).CountSave(seconds); }
-    // Newest first: those with a number below `before` (0: all), at most `limit`.
-    std::vector<const JobInfo*> List(std::uint64_t before, std::size_t limit) const;
+    // Newest first: those with a number below `before` (0: all) whose name is `wanted`, at most
+    // `limit`.
+    std::vector<const JobInfo*> List(
+        std::uint64_t before, std::size_t limit,
+        const std::function<bool(const std::string& name)>& wanted = {}) const;
     void Cancel(const std::string& name, TimePoint now);
     void Fail(const std::string& name, const std::string& message, TimePoint now);
     std::optional<JobEvent> FindEvent(const std::string& name, std::uint64_t from) const {
@@ -143,6 +147,10 @@ class JobQueue {
     // The task of a lease that is out, else null. Valid until the next call of a method that is not
     // const.
     const TileTask* TaskOf(LeaseId lease) const;
+    // Whether such a lease is with the worker.
+    bool IsLent(LeaseId lease, WorkerId worker) const;
+    // The job and the unit of such a lease.
+    std::pair<std::string, std::uint64_t> UnitOf(LeaseId lease) const;
     ResultVerdict AddResult(WorkerId worker, LeaseId lease, const std::string& job,
                             TileResult result, TimePoint now);
     // The task of a unit of a job that still waits for its answer, whoever has it on loan.
@@ -155,6 +163,9 @@ class JobQueue {
     // The answer could not even be read.
     ResultVerdict RejectResult(WorkerId worker, LeaseId lease, const std::string& reason,
                                TimePoint now);
+    // Nor an answer whose lease is gone.
+    void RejectLateResult(WorkerId worker, const std::string& job, const std::string& reason,
+                          TimePoint now);
     void ReturnLeases(WorkerId worker, const std::vector<LeaseId>& leases);
     // Leases of the worker that are of no more use, since the last call.
     std::vector<LeaseId> TakeRevoked(WorkerId worker);

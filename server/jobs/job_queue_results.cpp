@@ -22,6 +22,16 @@ const TileTask* JobQueue::TaskOf(LeaseId lease) const {
     return it == leases_.end() ? nullptr : &it->second.task;
 }
 
+bool JobQueue::IsLent(LeaseId lease, WorkerId worker) const {
+    const auto it = leases_.find(lease);
+    return it != leases_.end() && it->second.worker == worker;
+}
+
+std::pair<std::string, std::uint64_t> JobQueue::UnitOf(LeaseId lease) const {
+    const Lease& lent = leases_.at(lease);
+    return {lent.job, lent.unit};
+}
+
 ResultVerdict JobQueue::AddResult(WorkerId id, LeaseId lease_id, const std::string& name,
                                   TileResult result, TimePoint now) {
     const auto it = leases_.find(lease_id);
@@ -66,9 +76,7 @@ ResultVerdict JobQueue::AddLateResult(WorkerId id, const std::string& name, std:
     try {
         CheckResult(*task, result);
     } catch (const Error& error) {
-        ++results_wrong_;
-        job.AddNote(fmt::format("worker {}: wrong result: {}", worker.info.name, error.what()),
-                    now);
+        RejectLateResult(id, name, error.what(), now);
         return ResultVerdict::kWrong;
     }
     if (needed.empty()) {
@@ -127,6 +135,16 @@ ResultVerdict JobQueue::RejectResult(WorkerId id, LeaseId lease_id, const std::s
         return ResultVerdict::kDuplicate;
     }
     return Wrong(it, reason, now);
+}
+
+void JobQueue::RejectLateResult(WorkerId id, const std::string& name, const std::string& reason,
+                                TimePoint now) {
+    ++results_wrong_;
+    const std::string said =
+        fmt::format("worker {}: wrong result: {}", workers_.at(id).info.name, reason);
+    const LogScope scope({.job = name, .worker = workers_.at(id).info.name});
+    spdlog::error("{}: {}", name, said);
+    Find(name).AddNote(said, now);
 }
 
 ResultVerdict JobQueue::Wrong(Leases::iterator it, const std::string& reason, TimePoint now) {

@@ -65,6 +65,8 @@ const char* ToString(Role role) {
             return "worker";
         case Role::kClient:
             return "client";
+        case Role::kOperator:
+            return "operator";
         case Role::kAdmin:
             break;
     }
@@ -83,12 +85,33 @@ std::optional<Role> RoleOfUri(std::string_view uri) {
         return std::nullopt;
     }
     uri.remove_prefix(domain + kPath.size());
-    for (const Role role : {Role::kWorker, Role::kClient, Role::kAdmin}) {
+    for (const Role role : {Role::kWorker, Role::kClient, Role::kOperator, Role::kAdmin}) {
         if (uri == ToString(role)) {
             return role;
         }
     }
     return std::nullopt;
+}
+
+std::string HostOfPeer(const std::string& peer) {
+    const std::size_t begin = peer.find(':') + 1, end = peer.rfind(':');
+    return Clean(begin > 0 && end >= begin ? peer.substr(begin, end - begin) : peer);
+}
+
+std::string OwnerOf(const grpc::CallbackServerContext& context, std::string_view said) {
+    constexpr std::size_t kMaxOwner = 64;
+    const auto caller = context.auth_context();
+    std::string owner;
+    if (caller && caller->IsPeerAuthenticated()) {
+        owner = CommonName(*caller);
+    }
+    if (owner.empty()) {
+        owner = Clean(said);
+    }
+    if (owner.empty()) {
+        owner = HostOfPeer(context.peer());
+    }
+    return owner.substr(0, kMaxOwner);
 }
 
 grpc::Status Access::CheckRole(const grpc::CallbackServerContext& context,
@@ -99,8 +122,9 @@ grpc::Status Access::CheckRole(const grpc::CallbackServerContext& context,
     const auto caller = context.auth_context();
     const std::vector<Role> roles = RolesOf(*caller);
     for (const Role role : roles) {
+        const Role acts_as = role == Role::kOperator ? Role::kClient : role;
         if (role == Role::kAdmin ||
-            std::find(allowed.begin(), allowed.end(), role) != allowed.end()) {
+            std::find(allowed.begin(), allowed.end(), acts_as) != allowed.end()) {
             return grpc::Status::OK;
         }
     }
@@ -130,6 +154,37 @@ grpc::Status Access::CheckToken(const grpc::CallbackServerContext& context) cons
                        "--join-token FILE");
     }
     return grpc::Status::OK;
+}
+
+grpc::Status Access::CountStream(const grpc::CallbackServerContext& context,
+                                 StreamLimit::Slot* slot) const {
+    *slot = streams_.Take(HostOfPeer(context.peer()));
+    return *slot ? grpc::Status::OK
+                 : Refusal(ErrorCode::kResourceExhausted, context,
+                           fmt::format("your address has {} streams open; close some, or ask for a "
+                                       "larger --client-streams",
+                                       streams_.most()));
+}
+
+void Access::CheckOwner(const grpc::CallbackServerContext& context, const std::string& job,
+                        const std::string& owner) const {
+    if (!roles_) {
+        return;
+    }
+    const auto caller = context.auth_context();
+    for (const Role role : RolesOf(*caller)) {
+        if (role == Role::kAdmin || role == Role::kOperator) {
+            return;
+        }
+    }
+    if (const std::string name = OwnerOf(context, ""); name != owner) {
+        const std::string message = fmt::format(
+            "{} is of '{}', and the certificate is of '{}'; ask its owner, or use a certificate "
+            "with the URI name spiffe://DOMAIN/relume/operator",
+            job, owner, name);
+        spdlog::warn("refused {}: {}", context.peer(), message);
+        throw Error(ErrorCode::kPermissionDenied, message);
+    }
 }
 
 void LogGrpcMessage(const char* message) {

@@ -11,13 +11,13 @@
 #include "core/base/error.h"
 #include "core/base/log.h"
 #include "core/base/sha256.h"
+#include "proto/codec/digests.h"
 #include "server/rpc/finish_image.h"
 
 namespace relume::server {
 namespace {
 
 constexpr double kTickSeconds = 0.1;
-constexpr std::size_t kOverJobsKept = 1000;  // with their results
 // Of those seen from outside one by one.
 constexpr std::size_t kMaxJobsShown = 100, kMaxWorkersShown = 200;
 constexpr std::chrono::seconds kStatusPatience{5};
@@ -33,7 +33,8 @@ std::string RandomName() {
 std::string JobId(const std::string& name) { return name.substr(std::string(kJobPrefix).size()); }
 
 Coordinator::Coordinator(const CoordinatorOptions& options)
-    : folder_(options.data),
+    : quotas_(options.quotas),
+      folder_(options.data),
       disk_(options.disk),
       ledger_(options.data / "state.db"),
       snapshots_(options.data / "films", disk_),
@@ -100,7 +101,10 @@ Coordinator::Record* Coordinator::AddRecord(const std::string& name, const std::
                                             CheckedSpec spec) {
     Record& record = records_[name];
     record.scene_sha256 = ManifestDigest(spec.manifest);
+    record.context_digest = codec::ContextDigest(name, spec.manifest, spec.settings);
     record.cancel = std::make_shared<CancelToken>();
+    record.caller = spec.caller;
+    record.bytes = spec.message.ByteSizeLong();
     record.spec = std::move(spec);
     record.brief = record.spec.message;
     record.brief.mutable_scene()->clear_entries();
@@ -116,9 +120,8 @@ std::string Coordinator::CreateJob(const std::string& request_id, CheckedSpec sp
         control_.Post([done = std::move(done)] { done({}); });
         return it->second;
     }
-    for (const auto& forgotten : queue_.ForgetOverJobs(kOverJobsKept)) {
-        Forget(forgotten);
-    }
+    CheckQuotas(spec.caller, spec.message.ByteSizeLong());
+    ForgetOldJobs();
     std::string name = RandomName();
     while (records_.count(name) != 0) {
         name = RandomName();
@@ -171,6 +174,11 @@ void Coordinator::FillJob(const jobs::JobInfo& info, bool with_entries, v1::Job*
     InfoToProto(info, wall_, job);
     *job->mutable_spec() = with_entries ? record.spec.message : record.brief;
     job->set_scene_sha256(record.scene_sha256);
+}
+
+std::uint64_t Coordinator::TaskDigest(const std::string& name, std::uint64_t unit,
+                                      const TileTask& task) const {
+    return codec::TaskDigest(records_.at(name).context_digest, unit, task);
 }
 
 Coordinator::ResultFile Coordinator::ResultOf(const std::string& name) const {

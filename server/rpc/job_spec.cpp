@@ -16,7 +16,7 @@ namespace relume::server {
 namespace {
 
 constexpr int kMinTileSize = 8, kDefaultTileSize = 32;
-constexpr std::size_t kMaxDisplayName = 200;
+constexpr std::size_t kMaxDisplayName = 200, kMaxOwner = 64, kMaxGroup = 100;
 // Film, planner, and the filter's frame and layers at the same time.
 constexpr std::uint64_t kBytesPerPixel = 600;
 constexpr std::uint64_t kMaxSampleBytes = std::uint64_t{4} << 30;  // of a job that keeps them
@@ -130,6 +130,7 @@ constexpr double kFilterEffort = 0.6;
 CheckedSpec CheckSpec(const v1::JobSpec& spec, const store::BlobStore& blobs) {
     CheckedSpec checked;
     checked.message = spec;
+    checked.caller = spec.owner();
     checked.settings = codec::FromProto(spec.settings());
     checked.manifest = codec::FromProto(spec.scene());
     const std::string& environment = checked.settings.environment;
@@ -147,9 +148,16 @@ CheckedSpec CheckSpec(const v1::JobSpec& spec, const store::BlobStore& blobs) {
         ThrowInvalidArgument(fmt::format("tile size {}: must be {} to {}", spec.tile_size(),
                                          kMinTileSize, codec::kMaxTileSide));
     }
+    if (spec.owner().size() > kMaxOwner) {
+        ThrowInvalidArgument(fmt::format("the job's owner is longer than {} bytes", kMaxOwner));
+    }
     if (spec.display_name().size() > kMaxDisplayName) {
         ThrowInvalidArgument(
             fmt::format("the job's display name is longer than {} bytes", kMaxDisplayName));
+    }
+    if (spec.group().size() > kMaxGroup) {
+        ThrowInvalidArgument(
+            fmt::format("the name of the job's group is longer than {} bytes", kMaxGroup));
     }
 
     const auto planner =

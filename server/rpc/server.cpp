@@ -63,7 +63,8 @@ std::shared_ptr<grpc::ServerCredentials> MakeCredentials(const ServerOptions& se
 
 Server::Server(const ServerOptions& options)
     : address_(options.listen),
-      access_(!options.tls.ca.empty(), options.join_token),
+      access_(!options.tls.ca.empty(), options.join_token,
+              options.coordinator.quotas.client_streams),
       metrics_address_(options.metrics),
       coordinator_(options.coordinator) {
     if (metrics_address_) {

@@ -81,6 +81,7 @@ void JobScenes::Add(const std::string& job, const SceneManifest& manifest,
     entry.manifest = manifest;
     entry.settings = settings;
     entry.build_key = BuildKey(manifest, settings);
+    entry.frame_key = FrameKey(manifest, settings);
     entry.view_key = codec::ToProto(settings).SerializeAsString();
     jobs_.insert_or_assign(job, std::move(entry));
 }
@@ -155,11 +156,12 @@ void JobScenes::LoadThread() {
 
 void JobScenes::Load(const std::string& job, const Entry& entry, std::uint64_t generation) {
     const TimePoint begin = SteadyClock().Now();
-    std::shared_ptr<const LoadedScene> scene, built;
+    std::shared_ptr<const LoadedScene> scene, built, frame;
     {
         const std::lock_guard lock(mutex_);
         scene = Find(entry);
         built = scene ? nullptr : FindBuilt(entry);
+        frame = scene || built ? nullptr : FindFrame(entry);
     }
     std::string problem;
     bool transient = false;
@@ -173,7 +175,12 @@ void JobScenes::Load(const std::string& job, const Entry& entry, std::uint64_t g
             const ManifestSource files(entry.manifest, cache_, fetch_);
             files.FetchAll();
             fetching = false;
-            scene = LoadWithRoom(files, entry);
+            if (frame && frame->frame) {
+                scene = frame->frame(files, entry.settings);
+            }
+            if (!scene) {
+                scene = LoadWithRoom(files, entry);
+            }
         }
     } catch (const Error& error) {
         problem = error.what();
@@ -239,12 +246,12 @@ bool JobScenes::DropKept() {
 
 void JobScenes::Keep(const Entry& entry, std::shared_ptr<const LoadedScene> scene) {
     if (FindFirst(&kept_, entry.build_key) == kept_.end()) {
-        kept_.emplace_front(entry.build_key, Views());
+        kept_.emplace_front(entry.build_key, Built{entry.frame_key, {}});
         if (kept_.size() > kKeptScenes) {
             kept_.pop_back();
         }
     }
-    Views& views = kept_.front().second;
+    Views& views = kept_.front().second.views;
     if (FindFirst(&views, entry.view_key) == views.end()) {
         views.emplace_front(entry.view_key, std::move(scene));
         if (views.size() > kKeptViews) {
@@ -258,15 +265,23 @@ std::shared_ptr<const LoadedScene> JobScenes::Find(const Entry& entry) {
     if (built == kept_.end()) {
         return nullptr;
     }
-    const auto view = FindFirst(&built->second, entry.view_key);
-    return view == built->second.end() ? nullptr : view->second;
+    Views& views = built->second.views;
+    const auto view = FindFirst(&views, entry.view_key);
+    return view == views.end() ? nullptr : view->second;
 }
 
 std::shared_ptr<const LoadedScene> JobScenes::FindBuilt(const Entry& entry) const {
     const auto built = std::find_if(kept_.begin(), kept_.end(), [&](const auto& kept) {
         return kept.first == entry.build_key;
     });
-    return built == kept_.end() ? nullptr : built->second.front().second;
+    return built == kept_.end() ? nullptr : built->second.views.front().second;
+}
+
+std::shared_ptr<const LoadedScene> JobScenes::FindFrame(const Entry& entry) const {
+    const auto built = std::find_if(kept_.begin(), kept_.end(), [&](const auto& kept) {
+        return kept.second.frame_key == entry.frame_key;
+    });
+    return built == kept_.end() ? nullptr : built->second.views.front().second;
 }
 
 }  // namespace relume::worker

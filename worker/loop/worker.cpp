@@ -15,6 +15,7 @@
 #include "core/trust/loopback.h"
 #include "proto/channel/credentials.h"
 #include "proto/codec/codec.h"
+#include "proto/codec/digests.h"
 #include "proto/codec/protocol.h"
 #include "proto/codec/status.h"
 #include "worker/loop/blob_fetch.h"
@@ -240,6 +241,7 @@ grpc::Status Worker::Serve() {
     // answers may still be wanted.
     leases_.DropAll();
     scenes_->ForgetJobs();
+    context_digests_.clear();
     const std::lock_guard lock(mutex_);
     stream_.reset();
     answers_to_.reset();
@@ -286,6 +288,7 @@ void Worker::Handle(const v1::WorkResponse& message) {
             break;
         case v1::WorkResponse::kJobOver:
             scenes_->Forget(message.job_over().job());
+            context_digests_.erase(message.job_over().job());
             ReturnLeases(leases_.DropJob(message.job_over().job()));
             break;
         case v1::WorkResponse::kAcknowledge: {
@@ -307,8 +310,10 @@ void Worker::HandleJob(const v1::JobContext& context) {
             ThrowInvalidArgument("the server asks for other channels than " + std::string(kBuild) +
                                  " makes; use workers and server of one version");
         }
-        scenes_->Add(context.job(), codec::FromProto(context.scene()),
-                     codec::FromProto(context.settings()));
+        const SceneManifest manifest = codec::FromProto(context.scene());
+        const RenderSettings settings = codec::FromProto(context.settings());
+        context_digests_[context.job()] = codec::ContextDigest(context.job(), manifest, settings);
+        scenes_->Add(context.job(), manifest, settings);
     } catch (const Error& error) {
         SendProblem(context.job(), error.what(), false);
     }
@@ -324,7 +329,8 @@ void Worker::HandleLease(const v1::Lease& lease) {
     try {
         held.task = codec::TaskFromLease(lease);
     } catch (const Error& error) {
-        SendProblem(lease.job(), error.what(), false);
+        // No server makes such a lease: it was damaged on its way, which is not the job's fault.
+        SendProblem(lease.job(), error.what(), true);
         ReturnLeases({lease.id()});
         return;
     }
@@ -332,6 +338,7 @@ void Worker::HandleLease(const v1::Lease& lease) {
         ReturnLeases({lease.id()});
         return;
     }
+    held.task_digest = codec::TaskDigest(context_digests_.at(lease.job()), lease.unit(), held.task);
     {
         const std::lock_guard lock(mutex_);
         held.stream = stream_;
@@ -387,6 +394,7 @@ void Worker::RenderThread() {
                 answer->set_seconds(result.seconds);
                 answer->set_epoch(lease->epoch);
                 answer->set_unit(lease->unit);
+                codec::SetDigests(lease->task_digest, result, answer);
                 if (!lease->task.keep_samples) {
                     answer->set_ticket(lease->ticket);
                 }

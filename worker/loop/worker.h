@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <deque>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -107,6 +108,7 @@ class Worker {
     bool let_in_ = false;                   // by any stream
     bool draining_ = false;                 // no more leases wanted from it
     bool leaving_ = false;                  // for good
+    std::map<std::string, std::uint64_t> context_digests_;  // of the jobs that the stream told of
 
     std::mutex mutex_;  // guards all below
     std::condition_variable posted_;
