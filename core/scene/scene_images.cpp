@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/base/resources.h"
 #include "core/base/parallel.h"
+#include "core/base/resources.h"
 #include "core/image/decode.h"
 #include "core/scene/image_header.h"
 

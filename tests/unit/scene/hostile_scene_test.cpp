@@ -6,7 +6,7 @@
 #include <string>
 
 #include "core/base/error.h"
-#include "core/base/memory.h"
+#include "core/base/resources.h"
 #include "tests/unit/scene/gltf_file.h"
 
 namespace relume {
@@ -76,7 +76,7 @@ TEST(HostileScene, AnArrayBeyondTheMachineIsRefusedBeforeItIsMade) {
 TEST(HostileScene, PicturesThatAreLargerThanTheMachineTogetherAreNotDecoded) {
     GltfFile file = test::TexturedFile(nlohmann::json::object());
     std::map<std::string, std::string> files{{"scene.bin", file.buffer}};
-    const std::uint64_t count = MachineMemory() / 2 / (std::uint64_t{1} << 30) + 2;
+    const std::uint64_t count = AvailableResources().memory / 2 / (std::uint64_t{1} << 30) + 2;
     ASSERT_LT(count, 10'000u);
     for (std::uint64_t i = 0; i < count; ++i) {
         const std::string name = "huge" + std::to_string(i) + ".png";
