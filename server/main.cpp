@@ -73,6 +73,27 @@ int main(int argc, char** argv) {
                    "extended, e.g. 16G; the oldest go first")
         ->transform(CLI::AsSizeValue(false))
         ->default_str("16G");
+    options.coordinator.cross_check = 0.01;
+    app.add_option("--cross-check", options.coordinator.cross_check,
+                   "share of the work that two workers render, on two machines if there are: it "
+                   "counts when their answers are equal, and who is found wrong gets no more")
+        ->capture_default_str()
+        ->check(CLI::Range(0.0, 1.0));
+    app.add_option("--client-jobs", options.coordinator.quotas.client_jobs,
+                   "most jobs of one client that are not over")
+        ->capture_default_str()
+        ->check(CLI::PositiveNumber);
+    app.add_option("--jobs", options.coordinator.quotas.jobs,
+                   "most jobs of all clients that are not over")
+        ->capture_default_str()
+        ->check(CLI::PositiveNumber);
+    app.add_option("--client-streams", options.coordinator.quotas.client_streams,
+                   "most streams that one address may have open: workers, watches, transfers")
+        ->capture_default_str()
+        ->check(CLI::PositiveNumber);
+    app.add_option("--max-pixels", options.coordinator.quotas.pixels, "most pixels of one image")
+        ->capture_default_str()
+        ->check(CLI::PositiveNumber);
     app.add_option("--tls-cert", tls.cert, "certificate of this server (PEM): all is encrypted")
         ->type_name("FILE");
     app.add_option("--tls-key", tls.key, "its private key (PEM)")->type_name("FILE");
@@ -135,6 +156,7 @@ int main(int argc, char** argv) {
 
         options.listen = relume::server::ParseListenAddress(listen);
         options.tls = relume::LoadServerTls(tls);
+        options.tls_files = tls;
         relume::server::CheckExposure(options.listen, options.tls.enabled(), insecure,
                                       !join_token.empty());
         if (!join_token.empty()) {

@@ -2,13 +2,16 @@
 #include <fmt/format.h>
 #include <grpc/support/log.h>
 #include <malloc.h>
+#include <sys/prctl.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <csignal>
+#include <cstdint>
 #include <cstdlib>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <thread>
@@ -16,16 +19,20 @@
 #include "core/base/error.h"
 #include "core/base/log.h"
 #include "core/base/parallel.h"
+#include "core/base/resources.h"
 #include "core/base/signals.h"
 #include "core/trust/join_token.h"
 #include "core/trust/tls_files.h"
 #include "proto/codec/protocol.h"
+#include "worker/loop/crash_report.h"
+#include "worker/loop/machine.h"
 #include "worker/loop/worker.h"
 #include "worker/render/render.h"
 
 namespace {
 
 constexpr int kBuildThreads = 4;
+constexpr std::uint64_t kLeastMemory = std::uint64_t{512} << 20;
 
 std::string HostAndPid() {
     char host[256] = "worker";
@@ -55,6 +62,8 @@ int main(int argc, char** argv) {
     std::string log_level = "info", log_format = "text";
     relume::LogFormat format = relume::LogFormat::kText;
 
+    constexpr std::uint64_t kUnset = std::numeric_limits<std::uint64_t>::max();
+    std::uint64_t memory_limit = kUnset;
     int with_parent = 0;  // 1, or the pid of the parent
 
     CLI::App app{
@@ -76,7 +85,12 @@ int main(int argc, char** argv) {
                    "secret that the server asks workers for: a file with one line")
         ->envname("RELUME_JOIN_TOKEN")
         ->type_name("FILE");
-    app.add_option("--threads", options.threads, "render threads; 0 = one a core")
+    app.add_option("--memory-limit", memory_limit,
+                   "most memory that this worker may take, e.g. 8G: a scene that needs more goes "
+                   "elsewhere; 0: no limit [nine tenths of the container's or machine's]")
+        ->transform(CLI::AsSizeValue(false));
+    app.add_option("--threads", options.threads,
+                   "render threads; 0 = one for each core that it may use")
         ->default_val(0)
         ->check(CLI::Range(0, 1024));
     app.add_option("--name", options.name, "what the server calls this worker [host:pid]");
@@ -129,14 +143,30 @@ int main(int argc, char** argv) {
         if (!join_token.empty()) {
             options.join_token = relume::ReadJoinToken(join_token);
         }
+        const relume::Resources resources = relume::AvailableResources();
         if (options.threads == 0) {
-            options.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+            options.threads = resources.cores;
         }
+        if (memory_limit == kUnset) {
+            memory_limit = resources.memory / 10 * 9;
+        }
+        if (memory_limit != 0) {
+            if (memory_limit < kLeastMemory) {
+                relume::ThrowInvalidArgument(fmt::format(
+                    "--memory-limit {}: a worker needs 512M at least; 0 = no limit", memory_limit));
+            }
+            relume::LimitData(memory_limit);
+        }
+        if (geteuid() == 0) {
+            spdlog::warn("runs as root, and scenes come from others: use an account of its own");
+        }
+        prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);  // of all that is ever started from here
         // Scenes are built by several tasks; TBB warns of limits below that.
         relume::SetThreadCount(std::max(options.threads, kBuildThreads));
         relume::render::CheckCpu();
         options.isa = relume::render::kIsa;
         options.cache_folder = cache;
+        options.machine = relume::worker::MachineId();
         relume::worker::Worker worker(options, relume::worker::MakeSceneLoader());
         // However this ends, a further signal finds no dying worker.
         const std::shared_ptr<void> unregister(nullptr, [&](void*) {
@@ -150,6 +180,8 @@ int main(int argc, char** argv) {
                 return 0;
             }
         }
+        const relume::worker::CrashReporter crashes(
+            [&](const relume::worker::Crash& crash) { worker.SayLastWords(crash); });
         worker.Run();
         spdlog::info("done");
         if (worker.loading()) {

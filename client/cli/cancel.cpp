@@ -10,6 +10,7 @@
 #include "client/cli/exit_codes.h"
 #include "client/cli/options.h"
 #include "client/lib/client.h"
+#include "client/lib/job_group.h"
 #include "client/lib/job_names.h"
 
 namespace relume::client {
@@ -23,8 +24,8 @@ struct CancelOptions {
 
 int RunCancel(const CancelOptions& options) {
     Client client(RequireServer(options.server));
-    for (const auto& name : options.jobs) {
-        const v1::Job job = client.Cancel(name, options.discard);
+    for (const auto& found : FindJobs(&client, options.jobs)) {
+        const v1::Job job = client.Cancel(found.name(), options.discard);
         fmt::print("{}: {}\n", job.name(), StateText(job));
     }
     return kExitDone;
@@ -34,7 +35,8 @@ int RunCancel(const CancelOptions& options) {
 
 Runner AddCancel(CLI::App* app) {
     const auto options = std::make_shared<CancelOptions>();
-    app->add_option("JOB", options->jobs, "their names; a job that is over stays as it is")
+    app->add_option("JOB", options->jobs,
+                    "their names, or those of groups; a job that is over stays as it is")
         ->required()
         ->type_name("NAME");
     app->add_flag("--discard", options->discard, "at once, and without an image");

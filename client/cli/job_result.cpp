@@ -93,6 +93,12 @@ std::string DescribeJob(const v1::Job& job) {
     return text;
 }
 
+double SecondsOf(const v1::Job& job) {
+    const auto &start = job.create_time(), &end = job.end_time();
+    return static_cast<double>(end.seconds() - start.seconds()) +
+           1e-9 * static_cast<double>(end.nanos() - start.nanos());
+}
+
 std::string FormatTime(const google::protobuf::Timestamp& time) {
     if (time.seconds() == 0) {
         return "";
@@ -105,6 +111,8 @@ nlohmann::ordered_json JobJson(const v1::Job& job) {
     const auto& settings = job.spec().settings();
     return {{"job", job.name()},
             {"name", job.spec().display_name()},
+            {"group", OrNull(!job.spec().group().empty(), job.spec().group())},
+            {"frame", OrNull(job.spec().has_frame(), job.spec().frame())},
             {"state", StateName(job.state())},
             {"paused", job.paused()},
             {"priority", job.spec().priority()},

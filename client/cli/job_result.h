@@ -25,6 +25,9 @@ std::string DescribeJob(const v1::Job& job);
 // A job as the commands' --json tells it; docs/commands.md says what is in it.
 nlohmann::ordered_json JobJson(const v1::Job& job);
 
+// From a job's making to its end, by the server's clock.
+double SecondsOf(const v1::Job& job);
+
 // "2026-01-31T12:00:00Z", "" if unset.
 std::string FormatTime(const google::protobuf::Timestamp& time);
 

@@ -117,6 +117,7 @@ PreparedJob PrepareJob(const JobOptions& options) {
             RequireNoNotes(scene);
         }
         job.notes = CheckScene(scene, settings);
+        job.animation_seconds = static_cast<double>(scene.hints.animation_seconds);
         if (options.size) {
             settings.width = options.size->width;
             settings.height = options.size->height;

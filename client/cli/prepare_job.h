@@ -14,6 +14,8 @@ struct PreparedJob {
     LocalScene scene;
     v1::JobSpec spec;
     std::vector<std::string> notes;
+    double animation_seconds =
+        0;  // when the last thing in the scene comes to rest; 0: nothing moves
 };
 
 // Collects and checks the scene. Throws CommandError: what is wrong with the scene, or with the

@@ -61,6 +61,12 @@ void ProgressMeter::Print(const std::string& text) {
     std::fflush(out_);
 }
 
+void ProgressMeter::Announce(const std::string& prefix) {
+    const std::lock_guard lock(mutex_);
+    prefix_ = prefix;
+    rate_ = RateEstimate();
+}
+
 void ProgressMeter::Update(const v1::Job& job) {
     const std::lock_guard lock(mutex_);
     rate_.Add(job.render_seconds(), job.samples_done());
@@ -69,8 +75,9 @@ void ProgressMeter::Update(const v1::Job& job) {
         return;
     }
     // The last column stays free: a full line would wrap.
-    Draw(style_ == ProgressStyle::kBar ? FormatBar(job, rate_.PerSecond(), Columns(out_) - 1)
-                                       : FormatProgress(job, rate_.PerSecond()));
+    const int columns = Columns(out_) - 1 - static_cast<int>(prefix_.size());
+    Draw(prefix_ + (style_ == ProgressStyle::kBar ? FormatBar(job, rate_.PerSecond(), columns)
+                                                  : FormatProgress(job, rate_.PerSecond())));
 }
 
 void ProgressMeter::Upload(std::uint64_t done, std::uint64_t due) {

@@ -24,6 +24,8 @@ class ProgressMeter {
     ProgressMeter(ProgressStyle style, std::FILE* out, std::function<double()> clock = {});
     ~ProgressMeter() { Clear(); }
 
+    // Stands before what Update shows from now on; the next job is another one.
+    void Announce(const std::string& prefix);
     void Update(const v1::Job& job);
     void Upload(std::uint64_t done, std::uint64_t due);
     // A line that stays; not with kNone.
@@ -43,6 +45,7 @@ class ProgressMeter {
     const std::function<double()> clock_;
 
     std::mutex mutex_;  // guards all below
+    std::string prefix_;
     RateEstimate rate_;
     v1::JobState state_ = v1::JOB_STATE_UNSPECIFIED;  // shown last
     double drawn_ = -1e9;                             // when

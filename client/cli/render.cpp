@@ -12,17 +12,11 @@
 #include "client/cli/options.h"
 #include "client/cli/prepare_job.h"
 #include "client/cli/progress_meter.h"
+#include "client/cli/render_frames.h"
 #include "client/cli/run_job.h"
 
 namespace relume::client {
 namespace {
-
-struct RenderOptions {
-    JobOptions job;
-    OutputOptions output;
-    TalkOptions talk;
-    PlaceOptions place;
-};
 
 // Seconds from the job's end to the command's: fetching, checking and writing, making the view,
 // ending the farm.
@@ -89,12 +83,19 @@ int RunRender(const RenderOptions& options, Interrupts* interrupts) {
 Runner AddRender(CLI::App* app) {
     const auto options = std::make_shared<RenderOptions>();
     AddJobOptions(app, &options->job);
+    AddFrameOptions(app, &options->frames);
+    app->add_flag("--skip-existing", options->skip_existing,
+                  "leave out frames whose files are there: goes on with what was broken off")
+        ->needs("--frames");
     AddOutputOptions(app, &options->output);
     const auto settle = AddPlaceOptions(app, &options->place);
     AddQuietOption(app, &options->talk);
     AddJsonOption(app, &options->talk);
     return [=](Interrupts* interrupts) {
         settle();
+        if (!options->frames.frames.empty()) {
+            return RenderFrames(*options, interrupts);
+        }
         return RunRender(*options, interrupts);
     };
 }

@@ -44,16 +44,18 @@ v1::JobSpec WithTimeLeft(v1::JobSpec spec, double elapsed, double save_seconds) 
     return spec;
 }
 
-// Says why a job that runs for this command alone was given up, and has it cancelled.
-[[noreturn]] void GiveUp(Client* client, const std::string& job, bool local) {
-    std::string outcome = "nothing was written";
-    if (!local && !job.empty()) {
+// Says why the work was given up, and has its jobs cancelled.
+[[noreturn]] void GiveUp(Client* client, const Undertaking& undertaking, bool local) {
+    std::string outcome = undertaking.outcome;
+    if (!local && client != nullptr) {
         client->Resume();
-        try {
-            client->Cancel(job, true);
-            outcome += "; " + job + " was cancelled";
-        } catch (const Error& error) {
-            outcome += fmt::format("; {} could not be cancelled: {}", job, error.what());
+        for (const std::string& job : undertaking.jobs) {
+            try {
+                client->Cancel(job, true);
+                outcome += "; " + job + " was cancelled";
+            } catch (const Error& error) {
+                outcome += fmt::format("; {} could not be cancelled: {}", job, error.what());
+            }
         }
     }
     throw Error(ErrorCode::kCancelled, "interrupted; " + outcome);
@@ -85,53 +87,60 @@ std::function<void()> AddPlaceOptions(CLI::App* app, PlaceOptions* options) {
     };
 }
 
-void RunJob(const PreparedJob& prepared, const PlaceOptions& place, Interrupts* interrupts,
-            ProgressMeter* meter, ReportFacts* facts, double save_seconds,
-            const std::function<void(const v1::Job&)>& show,
-            const std::function<void(Client*, const v1::Job&)>& finish) {
-    Lap lap;
+void WorkAt(const PlaceOptions& place, Interrupts* interrupts, ProgressMeter* meter,
+            Undertaking* undertaking, const std::function<void(Client*)>& work) {
     const bool local = place.server.address.empty();
     std::unique_ptr<Client> client;  // outlives the farm, whose monitor interrupts it
     std::optional<LocalFarm> farm;
-    std::string job_name;
     const Interrupts::Guard starting(interrupts);
     try {
         if (local) {
             WithExitCode(kExitServer, [&] { farm.emplace(place.farm); });
         }
-        facts->start = lap();
         client = std::make_unique<Client>(local ? Endpoint{farm->address(), {}} : place.server);
         if (local) {
             farm->Monitor([&](const std::string& words) { meter->Warn("relume: " + words); },
                           [&](const std::string&) { client->Interrupt(); });
         }
         const Interrupts::Guard running(interrupts, [&] { client->Interrupt(); });
+        work(client.get());
+    } catch (const Error& error) {
+        meter->Clear();
+        if (interrupts->signal() != 0) {
+            GiveUp(client.get(), *undertaking, local);
+        }
+        if (farm && farm->failure()) {
+            throw CommandError(kExitServer, *farm->failure() + "; " + undertaking->outcome);
+        }
+        throw;
+    }
+}
 
+void RunJob(const PreparedJob& prepared, const PlaceOptions& place, Interrupts* interrupts,
+            ProgressMeter* meter, ReportFacts* facts, double save_seconds,
+            const std::function<void(const v1::Job&)>& show,
+            const std::function<void(Client*, const v1::Job&)>& finish) {
+    Lap lap;
+    Undertaking undertaking;
+    WorkAt(place, interrupts, meter, &undertaking, [&](Client* client) {
+        facts->start = lap();
         client->Validate(prepared.spec);
         client->UploadScene(prepared.scene, [&](std::uint64_t done, std::uint64_t due) {
             meter->Upload(done, due);
         });
         facts->upload = lap();
-        job_name =
+        const std::string job_name =
             client->Create(WithTimeLeft(prepared.spec, facts->check + lap.Seconds(), save_seconds))
                 .name();
+        undertaking.jobs = {job_name};
         const v1::Job last = client->Watch(job_name, show);
         meter->Clear();
         RequireSuccess(last);
         const v1::Job job = client->Get(job_name);
         facts->job = lap();
         facts->total = facts->check + facts->start + facts->upload + facts->job;
-        finish(client.get(), job);
-    } catch (const Error& error) {
-        meter->Clear();
-        if (interrupts->signal() != 0) {
-            GiveUp(client.get(), job_name, local);
-        }
-        if (farm && farm->failure()) {
-            throw CommandError(kExitServer, *farm->failure() + "; nothing was written");
-        }
-        throw;
-    }
+        finish(client, job);
+    });
 }
 
 }  // namespace relume::client

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "client/cli/interrupts.h"
 #include "client/cli/options.h"
@@ -23,6 +24,17 @@ struct PlaceOptions {
 // --workers, --threads and --server. The function that comes back is to be called once they are
 // read: it settles which of the two places it is.
 std::function<void()> AddPlaceOptions(CLI::App* app, PlaceOptions* options);
+
+// What becomes of work that is broken off.
+struct Undertaking {
+    std::vector<std::string> jobs;  // made for this command alone, and not over
+    std::string outcome = "nothing was written";
+};
+
+// Starts the local farm, or reaches the server, and calls `work` with a client of it; `work` keeps
+// `undertaking` up to date. An interruption cancels its jobs; then, and if anything fails, Error.
+void WorkAt(const PlaceOptions& place, Interrupts* interrupts, ProgressMeter* meter,
+            Undertaking* undertaking, const std::function<void(Client*)>& work);
 
 // Runs a job to its success, from the upload of its scene on, and calls `finish` with the client
 // that can fetch its result. `show` is called with the job as it goes on. Fills in the seconds of

@@ -4,7 +4,6 @@
 #include <grpcpp/client_context.h>
 
 #include <atomic>
-#include <condition_variable>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -40,7 +39,8 @@ class Client {
     // Asks the server what it thinks of a job without making one. A scene whose files are not there
     // yet is no objection.
     void Validate(const v1::JobSpec& spec);
-    // Makes the job. Safe to repeat within: the request carries an id.
+    // Makes the job. Safe to repeat within: the request carries an id. kDataLoss if the server has
+    // understood another one.
     v1::Job Create(const v1::JobSpec& spec);
 
     v1::Job Get(const std::string& name);
@@ -52,8 +52,8 @@ class Client {
     v1::Job SetPriority(const std::string& name, int priority);
     // Makes a job that has an image go on to `spp` samples a pixel.
     v1::Job Extend(const std::string& name, double spp);
-    // Newest first, at most `limit`.
-    std::vector<v1::Job> List(std::size_t limit);
+    // Newest first, at most `limit`; with a group's name its jobs alone.
+    std::vector<v1::Job> List(std::size_t limit, const std::string& group = "");
     std::vector<v1::Worker> Workers();
 
     // Calls `on_event` for each event until the job is over; answers with the job. A broken
@@ -96,7 +96,6 @@ class Client {
     std::atomic<bool> interrupted_{false};
     std::mutex mutex_;                        // guards all below
     grpc::ClientContext* current_ = nullptr;  // of the call under way
-    std::condition_variable interrupt_;
 };
 
 }  // namespace relume::client

@@ -8,6 +8,7 @@
 #include <csignal>
 
 #include "core/base/error.h"
+#include "core/base/resources.h"
 
 namespace relume::client {
 namespace {
@@ -35,7 +36,7 @@ LocalFarm::LocalFarm(const FarmOptions& options) : keeps_data_(!options.data.emp
     std::vector<std::string> arguments{"--listen",  options.listen, "--data", data,
                                        with_parent, "--log-level",  level};
     if (!keeps_data_) {
-        arguments.insert(arguments.end(), {"--save-every", "0"});
+        arguments.insert(arguments.end(), {"--save-every", "0", "--cross-check", "0"});
     }
     if (options.insecure) {
         arguments.push_back("--insecure");
@@ -51,7 +52,7 @@ LocalFarm::LocalFarm(const FarmOptions& options) : keeps_data_(!options.data.emp
     }
     address_ = line->substr(line->find(key) + key.size());
 
-    const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+    const int cores = AvailableResources().cores;
     const int threads =
         options.threads > 0 ? options.threads : std::max(1, cores / options.workers);
     for (int i = 0; i < options.workers; ++i) {

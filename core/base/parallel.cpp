@@ -5,7 +5,8 @@
 #include <tbb/parallel_for.h>
 
 #include <memory>
-#include <thread>
+
+#include "core/base/resources.h"
 
 namespace relume {
 namespace {
@@ -19,7 +20,7 @@ std::unique_ptr<tbb::global_control>& Control() {
 
 void SetThreadCount(int count) {
     if (count <= 0) {
-        count = static_cast<int>(std::thread::hardware_concurrency());
+        count = AvailableResources().cores;
     }
     Control() = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
                                                       static_cast<std::size_t>(count));

@@ -8,19 +8,32 @@
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <new>
 
 #include "core/base/error.h"
 #include "core/image/exr.h"
 #include "core/image/float_formats.h"
 #include "core/image/stb_checks.h"
 
+namespace {
+
+// stb says nothing of memory that it did not get, or calls the picture damaged.
+thread_local bool memory_is_short = false;
+
+void* Noted(void* memory) {
+    memory_is_short = memory_is_short || memory == nullptr;
+    return memory;
+}
+
+}  // namespace
+
 // Static, so that another copy of the library in the program does no harm.
 #define STB_IMAGE_IMPLEMENTATION
 // Damaged bytes are no broken invariant. Zeroed memory: a JPEG may use a table that it never
 // defined.
 #define STBI_ASSERT(condition) static_cast<void>(0)
-#define STBI_MALLOC(size) std::calloc(1, size)
-#define STBI_REALLOC(pointer, size) std::realloc(pointer, size)
+#define STBI_MALLOC(size) Noted(std::calloc(1, size))
+#define STBI_REALLOC(pointer, size) Noted(std::realloc(pointer, size))
 #define STBI_FREE(pointer) std::free(pointer)
 #define STB_IMAGE_STATIC
 #define STBI_NO_STDIO
@@ -66,7 +79,11 @@ DecodedImage DecodeWithStb(std::string_view bytes, const std::string& name) {
     const bool is_jpeg = StartsWith(bytes, "\xff\xd8");
     const bool has_magic = is_png || is_jpeg;
     DecodedImage image;
+    memory_is_short = false;
     const auto fail = [&](const Feed& feed) {
+        if (memory_is_short) {
+            throw std::bad_alloc();
+        }
         if (!has_magic && image.width == 0) {
             ThrowInvalidArgument(fmt::format(
                 "{}: is not a PNG, JPEG, TGA, Radiance HDR, OpenEXR or PFM picture; convert it",

@@ -21,6 +21,15 @@ class FileSource {
 // kInvalidArgument.
 std::unique_ptr<FileSource> MakeFolderSource(const std::string& folder);
 
+// What is kept of a scene's files (not its pictures) to load the scene at other times without
+// reading them again. Immutable, thread-safe.
+class SceneTimes {
+  public:
+    virtual ~SceneTimes() = default;
+    // As LoadScene with this time and shutter, without the pixels of pictures.
+    virtual Scene At(float time, float shutter) const = 0;
+};
+
 struct LoadOptions {
     bool decode_images = true;  // false: sizes only are checked (preflight)
     std::string environment;    // name of a latitude-longitude map in the source; "" = none
@@ -28,6 +37,9 @@ struct LoadOptions {
     // Seconds at which the shutter opens, and for which it is open; negative: as the file says
     // (glTF: 0; pbrt: the camera's shutteropen and shutterclose). Open for 0 s, nothing moves.
     float time = -1, shutter = -1;
+    // If set, gets what loads the scene at other times; null where nothing moves, or the format
+    // (all but glTF) can't but load it again.
+    std::shared_ptr<const SceneTimes>* times = nullptr;
 };
 
 // Loads `main_name` by the first format that takes its extension (formats.cpp). Throws Error with

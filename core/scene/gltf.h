@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <tiny_gltf.h>
 
+#include <atomic>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -86,8 +87,15 @@ class Data {
     void ApplySparse(const tinygltf::Accessor& accessor, int components,
                      const SourceLocation& place, std::vector<float>* values) const;
 
+    // Counts bytes that are about to be made of an accessor. Throws kResourceExhausted when all
+    // together would take more than half of the machine's memory: any number of accessors may be
+    // made of one buffer.
+    void Count(std::uint64_t elements, int components, const SourceLocation& place) const;
+
     const Document& document_;
     std::vector<std::string> buffers_;
+    const std::uint64_t max_bytes_;
+    mutable std::atomic<std::uint64_t> bytes_{0};
 };
 
 // What the nodes of the default scene place. Meshes are indices of the file's meshes.

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/resources.h"
 #include "core/scene/gltf.h"
 #include "core/scene/uri.h"
 
@@ -116,7 +117,8 @@ struct Data::Elements {
     }
 };
 
-Data::Data(Document* document, const FileSource& files) : document_(*document) {
+Data::Data(Document* document, const FileSource& files)
+    : document_(*document), max_bytes_(AvailableResources().memory / 2) {
     for (std::size_t i = 0; i < document->buffers.size(); ++i) {
         Document::Buffer& buffer = document->buffers[i];
         const SourceLocation place = document->Place("buffer", i, "");
@@ -197,8 +199,20 @@ const tinygltf::Accessor& Data::CheckedAccessor(int accessor, int components,
     return item;
 }
 
+void Data::Count(std::uint64_t elements, int components, const SourceLocation& place) const {
+    const std::uint64_t size = static_cast<std::uint64_t>(components) * sizeof(float);
+    if (elements > max_bytes_ / size || (bytes_ += elements * size) > max_bytes_) {
+        throw Error(ErrorCode::kResourceExhausted,
+                    fmt::format("{}: the arrays of the scene, with this one of {} elements, take "
+                                "more than {} MiB, half of this machine's memory; simplify the "
+                                "scene, or render it on a larger machine",
+                                place, elements, max_bytes_ >> 20));
+    }
+}
+
 std::vector<float> Data::Floats(int accessor, int components, const SourceLocation& place) const {
     const auto& item = CheckedAccessor(accessor, components, place);
+    Count(item.count, components, place);
     std::vector<float> values;
     if (item.bufferView >= 0) {
         values = Resolve(item.bufferView, item.byteOffset, item.count, item.componentType,
@@ -247,6 +261,7 @@ std::vector<std::uint32_t> Data::Indices(int accessor, const SourceLocation& pla
     if (item.sparse.isSparse || item.bufferView < 0) {
         Fail(place, "sparse indices are not supported; export the scene without them");
     }
+    Count(item.count, 1, place);
     return Resolve(item.bufferView, item.byteOffset, item.count, item.componentType, 1, place)
         .Indices(item.componentType, place);
 }

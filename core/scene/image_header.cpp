@@ -56,7 +56,7 @@ ImageSize Size(std::uint32_t width, std::uint32_t height) {
     constexpr std::uint32_t kMax = std::numeric_limits<int>::max();
     return width > kMax || height > kMax
                ? ImageSize{}
-               : ImageSize{static_cast<int>(width), static_cast<int>(height)};
+               : ImageSize{static_cast<int>(width), static_cast<int>(height), false};
 }
 
 // PNG, section 5: a signature, then chunks of length, type, data and CRC; IHDR first, IEND last.
@@ -119,7 +119,7 @@ ImageSize HdrSize(std::string_view bytes, const std::string& name) {
         ThrowInvalidArgument(
             fmt::format("{}: its pixels are not in rows from the top; convert the picture", name));
     }
-    return {LeadingNumber(line.substr(x + 2)), LeadingNumber(line.substr(3))};
+    return {LeadingNumber(line.substr(x + 2)), LeadingNumber(line.substr(3)), false};
 }
 
 // OpenEXR: attributes of name, type, size and value; dataWindow is four 32-bit numbers, both ends
@@ -201,10 +201,12 @@ ImageSize SizeOf(std::string_view bytes, const std::string& name) {
 }  // namespace
 
 ImageSize ReadImageHeader(std::string_view bytes, const std::string& name) {
-    const ImageSize size = SizeOf(bytes, name);
+    ImageSize size = SizeOf(bytes, name);
     if (size.width < 1 || size.height < 1) {
         ThrowInvalidArgument(fmt::format("{}: the picture has no pixels; replace it", name));
     }
+    size.floats = bytes.starts_with("#?") || bytes.starts_with("PF") || bytes.starts_with("Pf") ||
+                  bytes.starts_with("\x76\x2f\x31\x01");
     return size;
 }
 

@@ -7,6 +7,7 @@ namespace relume {
 
 struct ImageSize {
     int width = 0, height = 0;
+    bool floats = false;  // not bytes, once decoded
 };
 
 // Size of a PNG, JPEG, Radiance HDR, OpenEXR, PFM or TGA picture from its header, without decoding.

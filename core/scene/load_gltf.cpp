@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <memory>
 #include <set>
 #include <utility>
 
@@ -16,15 +17,17 @@ namespace gltf {
 namespace {
 
 // What the file holds beside the scene that is drawn.
-void NoteIgnored(const Document& document, Notes* notes) {
+Notes IgnoredIn(const Document& document) {
+    Notes notes;
     if (document.has_other_animations) {
-        notes->Add("animations of other things than nodes are ignored");
+        notes.Add("animations of other things than nodes are ignored");
     }
     for (const std::string& extension : document.model.extensionsUsed) {
         if (!IsKnownExtension(extension)) {
-            notes->Add(fmt::format("the extension {} is not supported, and ignored", extension));
+            notes.Add(fmt::format("the extension {} is not supported, and ignored", extension));
         }
     }
+    return notes;
 }
 
 std::vector<ImageRequest> Requests(const Document& document, const Data& data, const Look& look) {
@@ -47,40 +50,93 @@ std::vector<ImageRequest> Requests(const Document& document, const Data& data, c
     return requests;
 }
 
-// All but the pictures. File and buffers are gone when it returns.
-std::vector<ImageRequest> ReadAllButImages(const FileSource& files, const std::string& main_name,
-                                           const LoadOptions& options, Scene* scene, Notes* notes) {
-    Document document = ParseDocument(files, main_name);
-    NoteIgnored(document, notes);
-    const Data data(&document, files);
-    const Animations animations(document, data, notes);
-    const double shutter = animations.empty() ? 0 : std::max(options.shutter, 0.0f);
-    const Poses poses{&animations, SampleTimes(std::max(options.time, 0.0f), shutter)};
-    Placed placed = ReadNodes(document, poses, notes);
-    Look look = ReadMaterials(document, placed, notes);
-    ReadMeshes(document, data, poses, placed, look, scene, notes);
-    scene->hints.animation_seconds = static_cast<float>(animations.end());
-    std::vector<ImageRequest> requests = Requests(document, data, look);
-    scene->lights = std::move(placed.lights);
-    scene->cameras = std::move(placed.cameras);
-    scene->materials = std::move(look.materials);
-    scene->textures = std::move(look.textures);
-    return requests;
-}
+// A file with its buffers, from which the scene is read at any time.
+class Opened {
+  public:
+    Opened(const FileSource& files, const std::string& main_name)
+        : document_(ParseDocument(files, main_name)),
+          notes_(IgnoredIn(document_)),
+          data_(&document_, files),
+          animations_(document_, data_, &notes_) {}
+    Opened(const Opened&) = delete;
+    Opened& operator=(const Opened&) = delete;
+
+    // All but the pictures; what they are is answered.
+    Look Read(float time, float shutter, Scene* scene) const {
+        Notes notes = notes_;
+        const double open = animations_.empty() ? 0 : std::max(shutter, 0.0f);
+        const Poses poses{&animations_, SampleTimes(std::max(time, 0.0f), open)};
+        Placed placed = ReadNodes(document_, poses, &notes);
+        Look look = ReadMaterials(document_, placed, &notes);
+        scene->name = document_.name;
+        ReadMeshes(document_, data_, poses, placed, look, scene, &notes);
+        scene->hints.animation_seconds = static_cast<float>(animations_.end());
+        scene->lights = std::move(placed.lights);
+        scene->cameras = std::move(placed.cameras);
+        scene->materials = std::move(look.materials);
+        scene->textures = std::move(look.textures);
+        scene->notes = notes.Take();
+        return look;
+    }
+
+    std::vector<ImageRequest> Pictures(const Look& look) const {
+        return Requests(document_, data_, look);
+    }
+    bool moves() const { return !animations_.empty(); }
+
+  private:
+    Document document_;
+    Notes notes_;  // of the file
+    Data data_;
+    Animations animations_;
+};
+
+class GltfTimes final : public SceneTimes {
+  public:
+    // `scene`: at any time; what does not depend on it is kept.
+    GltfTimes(std::unique_ptr<const Opened> file, const Scene& scene)
+        : file_(std::move(file)), environment_(scene.environment) {
+        for (const SceneImage& image : scene.images) {
+            SceneImage& kept = images_.emplace_back();
+            kept.name = image.name;
+            kept.width = image.width;
+            kept.height = image.height;
+        }
+    }
+
+    Scene At(float time, float shutter) const override {
+        Scene scene;
+        file_->Read(time, shutter, &scene);
+        scene.images = images_;
+        scene.environment = environment_;
+        ValidateScene(scene);
+        return scene;
+    }
+
+  private:
+    std::unique_ptr<const Opened> file_;
+    std::vector<SceneImage> images_;  // without pixels
+    std::shared_ptr<const Environment> environment_;
+};
 
 }  // namespace
 }  // namespace gltf
 
 Scene LoadGltf(const FileSource& files, const std::string& main_name, const LoadOptions& options) {
     Scene scene;
-    scene.name = main_name;
-    gltf::Notes notes;
-    scene.images =
-        LoadImages(files, gltf::ReadAllButImages(files, main_name, options, &scene, &notes),
-                   options.decode_images);
+    auto opened = std::make_unique<const gltf::Opened>(files, main_name);
+    auto requests = opened->Pictures(opened->Read(options.time, options.shutter, &scene));
+    const bool keep = options.times != nullptr && opened->moves();
+    if (!keep) {
+        opened.reset();  // before the pictures take their memory
+    }
+    scene.images = LoadImages(files, std::move(requests), options.decode_images);
     AddEnvironment(files, options, &scene);
-    scene.notes = notes.Take();
     ValidateScene(scene);
+    if (options.times != nullptr) {
+        *options.times =
+            keep ? std::make_shared<gltf::GltfTimes>(std::move(opened), scene) : nullptr;
+    }
     return scene;
 }
 

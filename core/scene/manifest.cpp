@@ -16,8 +16,10 @@ constexpr std::size_t kMaxEntries = 100'000;
 }  // namespace
 
 bool IsSafeRelativePath(const std::string& path) {
+    // A line break would let two manifests have one digest.
+    const auto is_control = [](char c) { return static_cast<unsigned char>(c) < ' ' || c == 127; };
     if (path.empty() || path.size() > 1024 || path.find('\\') != std::string::npos ||
-        path.find('\0') != std::string::npos) {
+        std::any_of(path.begin(), path.end(), is_control)) {
         return false;
     }
     for (std::size_t begin = 0; begin <= path.size();) {
@@ -39,9 +41,11 @@ void ValidateManifest(const SceneManifest& manifest) {
     std::set<std::string> seen;
     for (const auto& entry : manifest.entries) {
         if (!IsSafeRelativePath(entry.path)) {
-            ThrowInvalidArgument(fmt::format(
-                "scene file '{}': the path must be relative and stay below the scene's folder",
-                entry.path));
+            ThrowInvalidArgument(
+                fmt::format("scene file '{:.200}': the path must be relative and stay below the "
+                            "scene's folder, "
+                            "with no control characters and at most 1024 bytes",
+                            entry.path));
         }
         if (!IsSha256Hex(entry.sha256)) {
             ThrowInvalidArgument(

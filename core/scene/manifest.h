@@ -22,7 +22,8 @@ struct SceneManifest {
 // twice, a malformed digest, a main file that is not among the entries, more than 100,000 entries.
 void ValidateManifest(const SceneManifest& manifest);
 
-// True if `path` is relative, not empty, and has no "..", empty or "." part, backslash or NUL.
+// True if `path` is relative, not empty, and has no "..", empty or "." part, backslash or control
+// character, and at most 1024 bytes.
 bool IsSafeRelativePath(const std::string& path);
 
 // The scene's digest: of its main path, and of the paths and digests of its entries in order of

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <atomic>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -9,13 +10,34 @@
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
+#include "core/base/resources.h"
 #include "core/image/decode.h"
 #include "core/scene/image_header.h"
 
 namespace relume {
 namespace {
 
-SceneImage LoadImage(const FileSource& files, const ImageRequest& request, bool decode) {
+// Bytes that decoded pictures may take.
+class Room {
+  public:
+    // False once they are too many.
+    bool Take(const ImageSize& size) {
+        const std::uint64_t bytes = static_cast<std::uint64_t>(size.width) *
+                                    static_cast<std::uint64_t>(size.height) * 4 *
+                                    (size.floats ? sizeof(float) : 1);
+        taken_ += bytes;
+        return fits();
+    }
+    bool fits() const { return taken_ <= most_; }
+    std::uint64_t most() const { return most_; }
+
+  private:
+    const std::uint64_t most_ = AvailableResources().memory / 2;
+    std::atomic<std::uint64_t> taken_{0};
+};
+
+SceneImage LoadImage(const FileSource& files, const ImageRequest& request, bool decode,
+                     Room* room) {
     const std::string read = request.embedded ? std::string() : files.Read(request.name);
     const std::string& bytes = request.embedded ? request.bytes : read;
     SceneImage image;
@@ -23,7 +45,7 @@ SceneImage LoadImage(const FileSource& files, const ImageRequest& request, bool 
     const ImageSize size = ReadImageHeader(bytes, request.name);
     image.width = size.width;
     image.height = size.height;
-    if (decode) {
+    if (decode && room->Take(size)) {
         DecodedImage decoded = DecodeImage(bytes, request.name);
         image.width = decoded.width;
         image.height = decoded.height;
@@ -58,16 +80,24 @@ std::vector<SceneImage> LoadImages(const FileSource& files, std::vector<ImageReq
     std::vector<SceneImage> images(requests.size());
     // Errors are kept by index: which one is told must not depend on threads.
     std::vector<std::optional<Error>> errors(requests.size());
+    Room room;
     ParallelFor(0, requests.size(), 1, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             try {
-                images[i] = LoadImage(files, requests[i], decode);
+                images[i] = LoadImage(files, requests[i], decode, &room);
                 requests[i].bytes.clear();
             } catch (const Error& error) {
                 errors[i] = error;
             }
         }
     });
+    if (!room.fits()) {
+        throw Error(
+            ErrorCode::kResourceExhausted,
+            fmt::format("the scene's {} pictures take more than {} MiB, half of this "
+                        "machine's memory; make them smaller, or render on a larger machine",
+                        requests.size(), room.most() >> 20));
+    }
     for (std::size_t i = 0; i < requests.size(); ++i) {
         if (errors[i]) {
             throw Error(errors[i]->code(),

@@ -16,7 +16,8 @@ struct ImageRequest {
 };
 
 // Reads all pictures, in parallel and each once, in the order of `requests`. The first one that is
-// missing or can't be read is an Error that names the file and who wants it. Without
+// missing or can't be read is an Error that names the file and who wants it; pictures that together
+// take more than half of the machine's memory, by their headers, are kResourceExhausted. Without
 // LoadOptions::decode_images only headers are looked at.
 std::vector<SceneImage> LoadImages(const FileSource& files, std::vector<ImageRequest> requests,
                                    bool decode);

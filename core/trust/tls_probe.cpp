@@ -205,6 +205,8 @@ std::string ProbeTls(const std::string& server, const TlsPems& pems) {
     const int result = connected == 1 ? SSL_read(ssl.get(), &byte, 1) : connected;
     const int kind = SSL_get_error(ssl.get(), result);
     const bool waits = kind == SSL_ERROR_WANT_READ || kind == SSL_ERROR_WANT_WRITE;
+    // A proxy whose server is down, say: nobody has answered at all.
+    const bool closed = ERR_GET_REASON(ERR_peek_last_error()) == SSL_R_UNEXPECTED_EOF_WHILE_READING;
     ERR_clear_error();
 
     if (!pems.enabled()) {
@@ -222,7 +224,7 @@ std::string ProbeTls(const std::string& server, const TlsPems& pems) {
     if (asked) {
         return Refusal(context.get());
     }
-    if (connected != 1 && kind == SSL_ERROR_SSL) {
+    if (connected != 1 && kind == SSL_ERROR_SSL && !closed) {
         return "the server does not speak TLS; start it with --tls-cert and --tls-key, or leave "
                "out --tls-ca, --tls-cert and --tls-key (RELUME_TLS_CA, ...)";
     }

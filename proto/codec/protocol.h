@@ -5,7 +5,7 @@
 namespace relume {
 
 // What server and workers must agree on. A worker of another version is refused at its Hello.
-inline constexpr std::uint32_t kProtocolVersion = 2;
+inline constexpr std::uint32_t kProtocolVersion = 3;
 
 // Welcome.report_seconds: a worker that is silent for much longer is taken for stuck.
 inline constexpr double kReportSeconds = 1.0;

@@ -4,16 +4,33 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "core/base/clones.h"
 #include "core/base/error.h"
 #include "core/film/aov.h"
 
 namespace relume::jobs {
 namespace {
 
+constexpr double kMaxSeconds = 1e6;  // thread time of a lease
+// Paths have up to 1024 segments; a few rays go to lights and through glass from each.
+constexpr std::uint64_t kMaxRaysPerSample = 1'000'000;
+
 bool IsSquareSum(int channel) {
     return (channel >= kM2A && channel < kM2B + 3) || channel >= kFeatureM2 ||
            channel == kMaxLuminance;
+}
+
+// Whether all of a plane is finite and at least `least`. Comparisons with a NaN are false.
+RELUME_CLONES bool AllWithin(const float* __restrict plane, std::size_t n, float least) {
+    constexpr float kLargest = std::numeric_limits<float>::max();
+    unsigned within = 1;
+    for (std::size_t k = 0; k < n; ++k) {
+        within &=
+            static_cast<unsigned>(plane[k] >= least) & static_cast<unsigned>(plane[k] <= kLargest);
+    }
+    return within != 0;
 }
 
 }  // namespace
@@ -25,12 +42,21 @@ void CheckResult(const TileTask& task, const TileResult& result) {
             "holds {} pixels and {} values, {} pixels of {} values are due", result.pixels.size(),
             result.planes.size(), task.ActivePixels(), static_cast<int>(kFilmChannelCount)));
     }
-    if (!std::isfinite(result.seconds) || result.seconds < 0) {
-        ThrowInvalidArgument("says that it took a time that is none");
+    if (!(result.seconds >= 0 && result.seconds <= kMaxSeconds)) {  // NaN, too
+        ThrowInvalidArgument(
+            fmt::format("says that it took {} s; 0 to {} can be", result.seconds, kMaxSeconds));
+    }
+    if (result.rays / kMaxRaysPerSample > task.TotalSamples()) {
+        ThrowInvalidArgument(fmt::format("says that it traced {} rays for {} samples", result.rays,
+                                         task.TotalSamples()));
     }
     const std::size_t n = result.pixels.size();
     for (int channel = 0; channel < kFilmChannelCount; ++channel) {
         const float* plane = result.planes.data() + static_cast<std::size_t>(channel) * n;
+        const float least = IsSquareSum(channel) ? 0 : std::numeric_limits<float>::lowest();
+        if (AllWithin(plane, n, least)) {
+            continue;
+        }
         for (std::size_t k = 0; k < n; ++k) {
             if (!std::isfinite(plane[k]) || (IsSquareSum(channel) && plane[k] < 0)) {
                 ThrowInvalidArgument(

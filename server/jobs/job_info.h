@@ -134,6 +134,14 @@ struct WorkerInfo {
     std::uint64_t samples_done = 0;
     double samples_per_second = 0;  // all threads; 0 = not measured yet
     double seconds_since_report = 0;
+    std::string quarantined;  // why it gets no leases; "": it gets some
+};
+
+// Units whose answer was compared with another worker's before it was merged.
+struct CheckCounts {
+    std::uint64_t equal = 0;
+    std::uint64_t odd = 0;    // answers that two others are against, or their own worker
+    std::uint64_t alone = 0;  // chosen, and no second worker was there
 };
 
 }  // namespace relume::jobs

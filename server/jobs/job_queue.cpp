@@ -111,11 +111,16 @@ std::vector<std::string> JobQueue::Rendering() const {
     return names;
 }
 
-std::vector<const JobInfo*> JobQueue::List(std::uint64_t before, std::size_t limit) const {
+std::vector<const JobInfo*> JobQueue::List(
+    std::uint64_t before, std::size_t limit,
+    const std::function<bool(const std::string& name)>& wanted) const {
     std::vector<const JobInfo*> list;
     auto it = before == 0 ? by_number_.end() : by_number_.lower_bound(before);
     while (it != by_number_.begin() && list.size() < limit) {
-        list.push_back(&(--it)->second->info());
+        const JobInfo& info = (--it)->second->info();
+        if (!wanted || wanted(info.name)) {
+            list.push_back(&info);
+        }
     }
     return list;
 }
@@ -161,6 +166,8 @@ std::vector<std::string> JobQueue::ForgetOverJobs(std::size_t keep) {
         for (auto& [id, worker] : workers_) {
             worker.jobs.erase(name);
         }
+        losses_.Forget(name);
+        checks_.Forget(name);
         jobs_.erase(name);
         forgotten.push_back(name);
         --over;
@@ -252,7 +259,9 @@ WorkerId JobQueue::AddWorker(const std::string& name, const std::string& numeric
     worker.info.numeric_class = numeric_class;
     worker.info.threads = std::clamp(threads, 1, 4096);
     worker.last_heard = now;
+    worker.asked = clean;
     workers_.emplace(++last_worker_, std::move(worker));
+    SetMachine(last_worker_, clean);
     SetSlack();
     return last_worker_;
 }
@@ -293,10 +302,12 @@ void JobQueue::SceneReady(WorkerId id, const std::string& name,
     if (std::exchange(worker.jobs[name].scene_ready, true)) {
         return;
     }
+    losses_.Loaded(name);
     // Only now do its leases begin to take time.
     std::uint64_t before = 0;
     for (const LeaseId lease_id : worker.leases) {
         Lease& lease = leases_.at(lease_id);
+        lease.alone = lease.alone && losses_.UnitAlone(lease.job, lease.unit);
         if (lease.job == name && !lease.late) {
             lease.issued = now;
             SetDeadline(worker, true, before, &lease, now);

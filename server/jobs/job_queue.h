@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -11,9 +12,11 @@
 #include <vector>
 
 #include "core/film/tile.h"
+#include "server/jobs/cross_checks.h"
 #include "server/jobs/fair_share.h"
 #include "server/jobs/job.h"
 #include "server/jobs/lease_policy.h"
+#include "server/jobs/loss_book.h"
 #include "server/jobs/queue_status.h"
 
 namespace relume::jobs {
@@ -75,8 +78,11 @@ class JobQueue {
     std::vector<std::string> TakeOver();
     // Adds to the job's save_seconds.
     void CountSave(const std::string& name, double seconds) { Find(name).CountSave(seconds); }
-    // Newest first: those with a number below `before` (0: all), at most `limit`.
-    std::vector<const JobInfo*> List(std::uint64_t before, std::size_t limit) const;
+    // Newest first: those with a number below `before` (0: all) whose name is `wanted`, at most
+    // `limit`.
+    std::vector<const JobInfo*> List(
+        std::uint64_t before, std::size_t limit,
+        const std::function<bool(const std::string& name)>& wanted = {}) const;
     // As Job's: from now on, or for good, no leases are given out.
     void Pause(const std::string& name, TimePoint now);
     void Resume(const std::string& name, TimePoint now);
@@ -114,13 +120,26 @@ class JobQueue {
     // Ignored if the job was cancelled in between.
     void Succeed(const std::string& name, Outcome outcome, TimePoint now);
 
+    // A share of the units, 0 to 1, chosen by a `salt` that no worker knows, is merged only when
+    // two workers gave the same answer. A worker whose answer is odd is quarantined. 0: none.
+    void SetCrossCheck(double share, std::uint64_t salt) { checks_.Configure(share, salt); }
+
     // --- Workers.
     WorkerId AddWorker(const std::string& name, const std::string& numeric_class, int threads,
                        TimePoint now);
     // Made unique among those that are there.
     const std::string& WorkerName(WorkerId worker) const { return workers_.at(worker).info.name; }
+    // Where it runs: work that cost a worker goes to another machine first. Unset: the name that it
+    // gave itself.
+    void SetMachine(WorkerId worker, const std::string& machine);
     // Its leases go back.
     void RemoveWorker(WorkerId worker);
+    // Likewise, of one that did not take its leave: what it was at is held against the jobs. `how`:
+    // what is known of its end, "was lost".
+    void LoseWorker(WorkerId worker, const std::string& how, TimePoint now);
+    // Its last words: it dies of a signal, in this job. `lease`: which it was rendering; 0: it was
+    // loading the scene. LoseWorker follows.
+    void Crashed(WorkerId worker, const std::string& job, LeaseId lease, int signal);
     // Any message of the worker shows that it is there.
     void Heard(WorkerId worker, TimePoint now);
     // How many leases it wants to hold at once, and how many it says it holds.
@@ -141,6 +160,10 @@ class JobQueue {
     // The task of a lease that is out, else null. Valid until the next call of a method that is not
     // const.
     const TileTask* TaskOf(LeaseId lease) const;
+    // Whether such a lease is with the worker.
+    bool IsLent(LeaseId lease, WorkerId worker) const;
+    // The job and the unit of such a lease.
+    std::pair<std::string, std::uint64_t> UnitOf(LeaseId lease) const;
     ResultVerdict AddResult(WorkerId worker, LeaseId lease, const std::string& job,
                             TileResult result, TimePoint now);
     // The task of a unit of a job that still waits for its answer, whoever has it on loan.
@@ -153,6 +176,9 @@ class JobQueue {
     // The answer could not even be read.
     ResultVerdict RejectResult(WorkerId worker, LeaseId lease, const std::string& reason,
                                TimePoint now);
+    // Nor an answer whose lease is gone.
+    void RejectLateResult(WorkerId worker, const std::string& job, const std::string& reason,
+                          TimePoint now);
     void ReturnLeases(WorkerId worker, const std::vector<LeaseId>& leases);
     // Leases of the worker that are of no more use, since the last call.
     std::vector<LeaseId> TakeRevoked(WorkerId worker);
@@ -174,6 +200,11 @@ class JobQueue {
         int problems = 0;                      // in a row
         std::uint64_t samples_at_problem = 0;  // samples_done of the job at the first of them
         TimePoint paused_until{};
+        TimePoint since{};  // its first lease
+    };
+    struct LastWords {
+        std::string job, how;
+        LeaseId lease = 0;  // 0: none
     };
     struct Worker {
         WorkerInfo info;
@@ -185,6 +216,8 @@ class JobQueue {
         std::map<std::string, Involvement> jobs;
         std::vector<LeaseId> revoked;
         std::optional<FairShare::Key> last;  // whom it worked for
+        std::string machine, asked;          // `asked`: the name that it gave itself
+        std::optional<LastWords> last_words;
     };
     struct Lease {
         std::string job;
@@ -197,6 +230,7 @@ class JobQueue {
         bool late = false;       // past its deadline: the unit may go to another worker as well
         bool abandoned = false;  // as late again, or its worker is silent: it counts for nothing
                                  // any more, but an answer is taken if the unit still needs one
+        bool alone = false;      // its worker gets nothing else meanwhile
     };
     using Leases = std::map<LeaseId, Lease>;
 
@@ -212,6 +246,30 @@ class JobQueue {
     static bool MayWorkOn(const Worker& worker, Job* job, TimePoint now);
     // True if another worker than `worker` could do the job's leases.
     bool HasOther(WorkerId worker, const Job& job) const;
+    // Work that has cost workers, see LossBook. True if the worker gets nothing else now: it has
+    // such work in hand, waits for it with empty hands, or gets it as `grant`.
+    bool LendAlone(WorkerId worker, TimePoint now, std::optional<LeaseGrant>* grant);
+    // Such work of the job that waits and is this worker's to try.
+    std::optional<std::size_t> FindAlone(WorkerId worker, const Job& job) const;
+    // Workers on this one's machine were lost over the unit, or over loading the scene, and there
+    // are others to try it.
+    bool Shuns(WorkerId worker, const Job& job, std::optional<std::size_t> unit) const;
+    bool SceneReadyAt(const Worker& worker, const std::string& job) const {
+        const auto it = worker.jobs.find(job);
+        return it != worker.jobs.end() && it->second.scene_ready;
+    }
+    bool CouldCheck(const Worker& worker, const Job& job) const;
+    // Whether the worker is the one to ask next for an answer to a unit that is cross-checked.
+    bool MayVote(WorkerId worker, const Job& job, std::size_t unit) const;
+    bool HasOtherVoter(const std::string& voter, const Job& job) const;
+    // What counts by now as the answer to the unit; nothing: it waits for another worker's.
+    std::optional<CrossChecks::Vote> CrossCheck(WorkerId worker, Job* job, std::size_t unit,
+                                                TileResult result, TimePoint now);
+    void ConcludeChecks(TimePoint now);
+    void Quarantine(const std::string& worker, const std::string& why, TimePoint now);
+    // The answer counts: it ends all leases on the unit.
+    void Accept(Job* job, std::size_t unit, CrossChecks::Vote answer, TimePoint now);
+    void NoteLoss(const std::string& job, const LossBook::Loss& loss, TimePoint now);
     std::optional<LeaseGrant> Lend(WorkerId worker, Job* job, TimePoint now);
     std::optional<std::size_t> FindUnit(WorkerId id, const Job& job) const;
     bool WouldDelay(const Worker& worker, const Job& job, std::uint64_t samples) const;
@@ -251,6 +309,10 @@ class JobQueue {
     std::uint64_t results_wrong_ = 0;
     std::map<WorkerId, Worker> workers_;
     Leases leases_;
+    LossBook losses_;
+    CrossChecks checks_;
+    std::map<std::pair<std::string, std::string>, std::string> quarantined_;  // machine, name asked
+    std::map<std::string, WorkerId> next_alone_;  // by job: who empties its hands for such work
     std::uint64_t last_number_ = 0;
     WorkerId last_worker_ = 0;
     LeaseId last_lease_ = 0;

@@ -53,7 +53,8 @@ void JobQueue::GiveBack(Leases::iterator it) {
     Forget(it);
     RequeueIfLate(&job, unit);
     // While nothing is merged, whoever comes next may set the class.
-    if (job.info().samples_done == 0 && !HasLeases(job.info().name)) {
+    if (job.info().samples_done == 0 && !HasLeases(job.info().name) &&
+        !checks_.HasVotes(job.info().name)) {
         job.SetNumericClass("");
     }
 }
@@ -73,6 +74,8 @@ void JobQueue::Revoke(const std::set<LeaseId>& leases) {
 }
 
 void JobQueue::RevokeJob(const std::string& job) {
+    losses_.Forget(job);
+    checks_.Forget(job);
     std::set<LeaseId> leases;
     for (const auto& [id, lease] : leases_) {
         if (lease.job == job) {
@@ -114,6 +117,7 @@ void JobQueue::Tick(TimePoint now) {
             Abandon(id, &lease);
         }
     }
+    ConcludeChecks(now);
 }
 
 // A server that was stopped or busy for long has heard nobody meanwhile: nobody is late for that.

@@ -31,9 +31,13 @@ std::optional<LeaseGrant> JobQueue::NextLease(WorkerId id, TimePoint now) {
     const Worker& worker = workers_.at(id);
     // What it says that it holds is up to a report old; only far beyond the credits it tells that
     // leases which were given up here still wait there.
-    if (worker.silent || worker.leases.size() >= worker.credits ||
+    if (worker.silent || !worker.info.quarantined.empty() ||
+        worker.leases.size() >= worker.credits ||
         worker.reported_held >= 2 * std::uint64_t{worker.credits}) {
         return std::nullopt;
+    }
+    if (std::optional<LeaseGrant> grant; LendAlone(id, now, &grant)) {
+        return grant;
     }
     if (auto grant = LendFirst(id, now)) {
         return grant;
@@ -53,6 +57,10 @@ std::optional<LeaseGrant> JobQueue::Lend(WorkerId id, Job* job, TimePoint now) {
         job->Start(now);
         NoteStateOf(job);
     }
+    if (!losses_.empty() && !SceneReadyAt(workers_.at(id), job->info().name) &&
+        (losses_.LoadAlone(job->info().name) || Shuns(id, *job, std::nullopt))) {
+        return std::nullopt;
+    }
     const auto unit = FindUnit(id, *job);
     if (!unit) {
         return std::nullopt;
@@ -65,7 +73,9 @@ std::optional<LeaseGrant> JobQueue::Lend(WorkerId id, Job* job, TimePoint now) {
 std::optional<std::size_t> JobQueue::FindUnit(WorkerId id, const Job& job) const {
     const Worker& worker = workers_.at(id);
     const auto wanted = [&](std::size_t u) {
-        return !Holds(id, job, u) && !(job.Refused(u, id) && HasOther(id, job));
+        return !Holds(id, job, u) && !(job.Refused(u, id) && HasOther(id, job)) &&
+               MayVote(id, job, u) &&
+               (losses_.empty() || (!losses_.UnitAlone(job.info().name, u) && !Shuns(id, job, u)));
     };
     const auto first = job.FindPending(0, wanted);
     // Beside other jobs it would be busy with these for ever, and the unit left to nobody.
@@ -118,7 +128,8 @@ std::optional<std::size_t> JobQueue::FindRace(WorkerId id, const Worker& worker,
     for (const auto& [lease_id, lease] : leases_) {
         if (lease.job != job.info().name || lease.abandoned ||
             awaited != (lease.unit < job.FirstSpareUnit()) || job.Refused(lease.unit, id) ||
-            Holds(id, job, lease.unit)) {
+            Holds(id, job, lease.unit) || lease.alone || !MayVote(id, job, lease.unit) ||
+            losses_.UnitAlone(lease.job, lease.unit)) {
             continue;
         }
         const auto& holders = job.Leases(lease.unit);
@@ -154,7 +165,11 @@ LeaseGrant JobQueue::Issue(WorkerId id, Job* job, std::size_t unit, TimePoint no
     lease.task = job->Task(unit);
     lease.samples = job->Samples(unit);
     lease.issued = now;
-    SetDeadline(worker, worker.jobs[name].scene_ready, worker.samples_out, &lease, now);
+    Involvement& involvement = worker.jobs[name];
+    if (involvement.since == TimePoint{}) {
+        involvement.since = now;
+    }
+    SetDeadline(worker, involvement.scene_ready, worker.samples_out, &lease, now);
     lease.charge = ChargeFor(*job, lease.samples);
     share_.Lend(lease.charge);
     worker.last = lease.charge.key;

@@ -22,6 +22,16 @@ const TileTask* JobQueue::TaskOf(LeaseId lease) const {
     return it == leases_.end() ? nullptr : &it->second.task;
 }
 
+bool JobQueue::IsLent(LeaseId lease, WorkerId worker) const {
+    const auto it = leases_.find(lease);
+    return it != leases_.end() && it->second.worker == worker;
+}
+
+std::pair<std::string, std::uint64_t> JobQueue::UnitOf(LeaseId lease) const {
+    const Lease& lent = leases_.at(lease);
+    return {lent.job, lent.unit};
+}
+
 ResultVerdict JobQueue::AddResult(WorkerId id, LeaseId lease_id, const std::string& name,
                                   TileResult result, TimePoint now) {
     const auto it = leases_.find(lease_id);
@@ -59,15 +69,14 @@ ResultVerdict JobQueue::AddLateResult(WorkerId id, const std::string& name, std:
     Job& job = Find(name);
     Worker& worker = workers_.at(id);
     const std::string& needed = job.info().numeric_class;
-    if (!needed.empty() && needed != worker.info.numeric_class) {
+    if ((!needed.empty() && needed != worker.info.numeric_class) ||
+        !worker.info.quarantined.empty()) {
         return ResultVerdict::kDuplicate;
     }
     try {
         CheckResult(*task, result);
     } catch (const Error& error) {
-        ++results_wrong_;
-        job.AddNote(fmt::format("worker {}: wrong result: {}", worker.info.name, error.what()),
-                    now);
+        RejectLateResult(id, name, error.what(), now);
         return ResultVerdict::kWrong;
     }
     if (needed.empty()) {
@@ -92,16 +101,27 @@ void JobQueue::TakeResult(WorkerId id, Job* job, std::size_t unit, LeaseId own, 
     }
     share_.Use(job->info().number, KeyOf(*job), std::min(result.seconds, kMaxPredictedSeconds),
                now);
-    worker.info.samples_done += samples;
     Involvement& involvement = worker.jobs[name];
     involvement.scene_ready = involvement.scene_ready || own != 0;
     involvement.problems = 0;
+    job->DropLease(unit, own);
+    if (auto answer = CrossCheck(id, job, unit, std::move(result), now)) {
+        Accept(job, unit, std::move(*answer), now);
+    }
+}
 
-    std::set<LeaseId> others = job->Leases(unit);
-    others.erase(own);
-    Revoke(others);
-    job->Accept(unit, worker.info.name, std::move(result), now);
+void JobQueue::Accept(Job* job, std::size_t unit, CrossChecks::Vote answer, TimePoint now) {
+    const std::string& name = job->info().name;
+    if (const auto it = workers_.find(answer.id); it != workers_.end()) {
+        it->second.info.samples_done += job->Samples(unit);
+    }
+    Revoke(std::set<LeaseId>(job->Leases(unit)));
+    losses_.Done(name, unit);
+    job->Accept(unit, answer.worker, std::move(answer.result), now);
     NoteStateOf(job);
+    if (!job->active()) {
+        losses_.Forget(name);
+    }
 }
 
 void JobQueue::CountMergeSeconds(const std::string& name, double seconds) {
@@ -117,6 +137,16 @@ ResultVerdict JobQueue::RejectResult(WorkerId id, LeaseId lease_id, const std::s
         return ResultVerdict::kDuplicate;
     }
     return Wrong(it, reason, now);
+}
+
+void JobQueue::RejectLateResult(WorkerId id, const std::string& name, const std::string& reason,
+                                TimePoint now) {
+    ++results_wrong_;
+    const std::string said =
+        fmt::format("worker {}: wrong result: {}", workers_.at(id).info.name, reason);
+    const LogScope scope({.job = name, .worker = workers_.at(id).info.name});
+    spdlog::error("{}: {}", name, said);
+    Find(name).AddNote(said, now);
 }
 
 ResultVerdict JobQueue::Wrong(Leases::iterator it, const std::string& reason, TimePoint now) {

@@ -59,6 +59,7 @@ QueueStatus JobQueue::Status(TimePoint now, std::size_t max_jobs, std::size_t ma
     QueueStatus status;
     status.totals = forgotten_;
     status.results_wrong = results_wrong_;
+    status.checks = checks_.counts;
     for (const auto& [number, job] : by_number_) {
         status.totals.Add(job->info());
     }
@@ -108,7 +109,9 @@ QueueStatus JobQueue::Status(TimePoint now, std::size_t max_jobs, std::size_t ma
                            : status.leases_lent);
     }
     for (const auto& [id, worker] : workers_) {
-        ++(worker.silent ? status.workers_silent : status.workers_responding);
+        ++(worker.silent                      ? status.workers_silent
+           : !worker.info.quarantined.empty() ? status.workers_quarantined
+                                              : status.workers_responding);
         status.threads += static_cast<std::uint64_t>(worker.info.threads);
         if (status.workers.size() < max_workers) {
             status.workers.push_back(worker.info);

@@ -41,6 +41,7 @@ struct JobStatus {
 struct QueueStatus {
     JobTotals totals;  // of all jobs, those forgotten included
     std::uint64_t results_wrong = 0;
+    CheckCounts checks;
     std::uint64_t queued = 0, rendering = 0, filtering = 0;  // jobs, but for
     std::uint64_t paused = 0;        // those that are: nothing of them is in what waits or is left
     double oldest_wait_seconds = 0;  // of jobs that have had no lease, the longest so far
@@ -51,7 +52,8 @@ struct QueueStatus {
     // not been measured takes as long for a sample as all jobs before it.
     double core_seconds_left = 0;
     std::uint64_t unpredicted = 0;
-    std::uint64_t workers_responding = 0, workers_silent = 0, threads = 0;
+    std::uint64_t workers_responding = 0, workers_silent = 0, workers_quarantined = 0;
+    std::uint64_t threads = 0;
     std::vector<JobStatus> under_way;  // oldest first, not more than asked for
     std::uint64_t under_way_left_out = 0;
     std::vector<WorkerInfo> workers;  // likewise

@@ -160,6 +160,11 @@ void AddRendering(const jobs::QueueStatus& queue, Families* f) {
         .Add(totals.results_duplicate);
     f->Counter("relume_results_wrong_total", "Results that failed their check: refused.")
         .Add(queue.results_wrong);
+    f->Counter("relume_cross_checks_total",
+               "Units chosen for a second worker's answer: equal, odd (wrong answers), alone.")
+        .Add(queue.checks.equal, {{"outcome", "equal"}})
+        .Add(queue.checks.odd, {{"outcome", "odd"}})
+        .Add(queue.checks.alone, {{"outcome", "alone"}});
     f->Counter("relume_plan_seconds_total", "The server's time to plan passes.")
         .Add(totals.plan_seconds);
     f->Counter("relume_merge_seconds_total", "The server's time to read, check and merge results.")
@@ -171,7 +176,8 @@ void AddRendering(const jobs::QueueStatus& queue, Families* f) {
 void AddWorkers(const jobs::QueueStatus& queue, Families* f) {
     f->Gauge("relume_workers", "Workers that are connected, by state.")
         .Add(queue.workers_responding, {{"state", "responding"}})
-        .Add(queue.workers_silent, {{"state", "silent"}});
+        .Add(queue.workers_silent, {{"state", "silent"}})
+        .Add(queue.workers_quarantined, {{"state", "quarantined"}});
     f->Gauge("relume_worker_threads", "Render threads of all workers that are connected.")
         .Add(queue.threads);
     f->Counter("relume_worker_samples_total", "Samples of each worker since it connected.");
@@ -189,7 +195,8 @@ void AddWorkers(const jobs::QueueStatus& queue, Families* f) {
     }
     f->Gauge("relume_series_left_out", "Jobs under way and workers without series of their own.")
         .Add(queue.under_way_left_out, {{"of", "jobs"}})
-        .Add(queue.workers_responding + queue.workers_silent - queue.workers.size(),
+        .Add(queue.workers_responding + queue.workers_silent + queue.workers_quarantined -
+                 queue.workers.size(),
              {{"of", "workers"}});
 }
 

@@ -65,6 +65,8 @@ const char* ToString(Role role) {
             return "worker";
         case Role::kClient:
             return "client";
+        case Role::kOperator:
+            return "operator";
         case Role::kAdmin:
             break;
     }
@@ -83,12 +85,17 @@ std::optional<Role> RoleOfUri(std::string_view uri) {
         return std::nullopt;
     }
     uri.remove_prefix(domain + kPath.size());
-    for (const Role role : {Role::kWorker, Role::kClient, Role::kAdmin}) {
+    for (const Role role : {Role::kWorker, Role::kClient, Role::kOperator, Role::kAdmin}) {
         if (uri == ToString(role)) {
             return role;
         }
     }
     return std::nullopt;
+}
+
+std::string HostOfPeer(const std::string& peer) {
+    const std::size_t begin = peer.find(':') + 1, end = peer.rfind(':');
+    return Clean(begin > 0 && end >= begin ? peer.substr(begin, end - begin) : peer);
 }
 
 std::string OwnerOf(const grpc::CallbackServerContext& context, std::string_view said) {
@@ -102,9 +109,7 @@ std::string OwnerOf(const grpc::CallbackServerContext& context, std::string_view
         return Clean(said);  // too long a one is the caller's to mend
     }
     if (owner.empty()) {
-        const std::string peer = context.peer();  // ipv4:10.0.0.1:5123, ipv6:%5B::1%5D:5123
-        const std::size_t begin = peer.find(':') + 1, end = peer.rfind(':');
-        owner = Clean(end > begin ? peer.substr(begin, end - begin) : peer);
+        owner = HostOfPeer(context.peer());
     }
     return owner.substr(0, kMaxOwner);
 }
@@ -117,8 +122,9 @@ grpc::Status Access::CheckRole(const grpc::CallbackServerContext& context,
     const auto caller = context.auth_context();
     const std::vector<Role> roles = RolesOf(*caller);
     for (const Role role : roles) {
+        const Role acts_as = role == Role::kOperator ? Role::kClient : role;
         if (role == Role::kAdmin ||
-            std::find(allowed.begin(), allowed.end(), role) != allowed.end()) {
+            std::find(allowed.begin(), allowed.end(), acts_as) != allowed.end()) {
             return grpc::Status::OK;
         }
     }
@@ -148,6 +154,37 @@ grpc::Status Access::CheckToken(const grpc::CallbackServerContext& context) cons
                        "--join-token FILE");
     }
     return grpc::Status::OK;
+}
+
+grpc::Status Access::CountStream(const grpc::CallbackServerContext& context,
+                                 StreamLimit::Slot* slot) const {
+    *slot = streams_.Take(HostOfPeer(context.peer()));
+    return *slot ? grpc::Status::OK
+                 : Refusal(ErrorCode::kResourceExhausted, context,
+                           fmt::format("your address has {} streams open; close some, or ask for a "
+                                       "larger --client-streams",
+                                       streams_.most()));
+}
+
+void Access::CheckOwner(const grpc::CallbackServerContext& context, const std::string& job,
+                        const std::string& owner) const {
+    if (!roles_) {
+        return;
+    }
+    const auto caller = context.auth_context();
+    for (const Role role : RolesOf(*caller)) {
+        if (role == Role::kAdmin || role == Role::kOperator) {
+            return;
+        }
+    }
+    if (const std::string name = OwnerOf(context, ""); name != owner) {
+        const std::string message = fmt::format(
+            "{} is of '{}', and the certificate is of '{}'; ask its owner, or use a certificate "
+            "with the URI name spiffe://DOMAIN/relume/operator",
+            job, owner, name);
+        spdlog::warn("refused {}: {}", context.peer(), message);
+        throw Error(ErrorCode::kPermissionDenied, message);
+    }
 }
 
 void LogGrpcMessage(const char* message) {

@@ -7,11 +7,14 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
+
+#include "server/rpc/stream_limit.h"
 
 namespace relume::server {
 
 // What a caller's certificate says that it is.
-enum class Role { kWorker, kClient, kAdmin };
+enum class Role { kWorker, kClient, kOperator, kAdmin };
 
 // "worker", ...
 const char* ToString(Role role);
@@ -24,16 +27,21 @@ std::optional<Role> RoleOfUri(std::string_view uri);
 // else its address without the port. In one line that can be shown in a terminal.
 std::string OwnerOf(const grpc::CallbackServerContext& context, std::string_view said);
 
+// The host of gRPC's name for a caller: 10.0.0.7 of "ipv4:10.0.0.7:4711"; any other name as it is.
+std::string HostOfPeer(const std::string& peer);
+
 // Who is let in to what. Thread-safe.
 class Access {
   public:
     // `roles`: callers come with certificates, and each call is for some roles alone; else for
     // everybody. `join_token`: workers show this one, too, or "": none is asked for.
-    Access(bool roles, std::string join_token)
-        : roles_(roles), join_token_(std::move(join_token)) {}
+    // `streams`: most that one address may have open.
+    Access(bool roles, std::string join_token, std::size_t streams)
+        : roles_(roles), join_token_(std::move(join_token)), streams_(streams) {}
 
     // A reactor that ends the call if its caller has none of the `allowed` roles, and null if it
-    // has; an admin may call everything. A refusal is logged with the caller's address and name.
+    // has; an operator may call what a client may, an admin everything. A refusal is logged with
+    // the caller's address and name.
     template <typename Reactor>
     Reactor* Refuse(grpc::CallbackServerContext* context,
                     std::initializer_list<Role> allowed) const {
@@ -47,6 +55,18 @@ class Access {
         status = status.ok() ? CheckToken(*context) : status;
         return status.ok() ? nullptr : new Refused<Reactor>(status);
     }
+    // The same if the caller's address has too many streams open. Else the stream counts until
+    // `slot` is let go.
+    template <typename Reactor>
+    Reactor* RefuseStream(grpc::CallbackServerContext* context, StreamLimit::Slot* slot) const {
+        const grpc::Status status = CountStream(*context, slot);
+        return status.ok() ? nullptr : new Refused<Reactor>(status);
+    }
+
+    // Throws kPermissionDenied unless the caller may change a job of `owner`'s: where roles are
+    // asked for that is the owner itself, an operator or an admin, else everybody.
+    void CheckOwner(const grpc::CallbackServerContext& context, const std::string& job,
+                    const std::string& owner) const;
 
   private:
     // Says no and deletes itself.
@@ -60,9 +80,12 @@ class Access {
     grpc::Status CheckRole(const grpc::CallbackServerContext& context,
                            std::initializer_list<Role> allowed) const;
     grpc::Status CheckToken(const grpc::CallbackServerContext& context) const;
+    grpc::Status CountStream(const grpc::CallbackServerContext& context,
+                             StreamLimit::Slot* slot) const;
 
     const bool roles_;
     const std::string join_token_;
+    const StreamLimit streams_;
 };
 
 // Takes what gRPC has to say: TLS handshakes that failed, which it tells of nowhere else, are

@@ -1,8 +1,11 @@
 #include "server/rpc/blob_service.h"
 
 #include <fmt/format.h>
+#include <grpcpp/alarm.h>
 
+#include <chrono>
 #include <memory>
+#include <mutex>
 #include <utility>
 
 #include "core/base/error.h"
@@ -15,29 +18,73 @@ namespace {
 constexpr std::size_t kPiece = codec::kMaxChunk / 2;  // leaves room for the message's other fields
 constexpr int kMaxAsked = 100'000;
 
+// A client that has begun an upload holds the blob, and room for it.
+constexpr std::chrono::minutes kIdleTime{5};
+
+// Ends a call of which nothing was heard for kIdleTime. Outlives it.
+class IdleWatch : public std::enable_shared_from_this<IdleWatch> {
+  public:
+    explicit IdleWatch(grpc::CallbackServerContext* context) : context_(context) {}
+
+    void Begin() {
+        alarm_ = std::make_unique<grpc::Alarm>();
+        alarm_->Set(std::chrono::system_clock::now() + kIdleTime,
+                    [self = shared_from_this()](bool expired) {
+                        const std::lock_guard lock(self->mutex_);
+                        if (expired && self->context_ != nullptr) {
+                            self->context_->TryCancel();
+                        }
+                    });
+    }
+    void End() { alarm_.reset(); }
+    // The call is over.
+    void Leave() {
+        const std::lock_guard lock(mutex_);
+        context_ = nullptr;
+    }
+
+  private:
+    std::unique_ptr<grpc::Alarm> alarm_;
+    std::mutex mutex_;
+    grpc::CallbackServerContext* context_;  // guarded by mutex_
+};
+
 // One upload. A read and work on the io thread take turns, and each ends in the other or in Finish.
 class BlobWriter final : public grpc::ServerReadReactor<v1::WriteBlobRequest> {
   public:
-    BlobWriter(Coordinator* coordinator, v1::WriteBlobResponse* response)
-        : coordinator_(coordinator), response_(response) {
-        StartRead(&request_);
+    BlobWriter(Coordinator* coordinator, grpc::CallbackServerContext* context,
+               v1::WriteBlobResponse* response, StreamLimit::Slot slot)
+        : coordinator_(coordinator),
+          response_(response),
+          slot_(std::move(slot)),
+          idle_(std::make_shared<IdleWatch>(context)) {
+        Read();
     }
 
     void OnReadDone(bool ok) override {
         coordinator_->io().Post([this, ok] {
+            idle_->End();
             bool done = false;
             const grpc::Status status = Guard([&] { done = ok ? Take() : End(); });
             if (!status.ok() || done) {
                 upload_.reset();  // before the client hears: it may come again at once
                 Finish(status);
             } else {
-                StartRead(&request_);
+                Read();
             }
         });
     }
-    void OnDone() override { delete this; }
+    void OnDone() override {
+        idle_->Leave();
+        delete this;
+    }
 
   private:
+    void Read() {
+        idle_->Begin();
+        StartRead(&request_);
+    }
+
     // True: the blob is complete.
     bool Take() {
         store::BlobStore& blobs = coordinator_->blobs();
@@ -71,6 +118,8 @@ class BlobWriter final : public grpc::ServerReadReactor<v1::WriteBlobRequest> {
 
     Coordinator* coordinator_;
     v1::WriteBlobResponse* response_;
+    const StreamLimit::Slot slot_;
+    const std::shared_ptr<IdleWatch> idle_;
     v1::WriteBlobRequest request_;
     std::string sha256_;
     std::unique_ptr<store::BlobStore::Upload> upload_;
@@ -105,13 +154,23 @@ grpc::ServerReadReactor<v1::WriteBlobRequest>* BlobService::WriteBlob(
             context, {Role::kClient})) {
         return refused;
     }
-    return new BlobWriter(coordinator_, response);
+    StreamLimit::Slot slot;
+    if (auto* refused =
+            access_->RefuseStream<grpc::ServerReadReactor<v1::WriteBlobRequest>>(context, &slot)) {
+        return refused;
+    }
+    return new BlobWriter(coordinator_, context, response, std::move(slot));
 }
 
 grpc::ServerWriteReactor<v1::ReadBlobResponse>* BlobService::ReadBlob(
     grpc::CallbackServerContext* context, const v1::ReadBlobRequest* request) {
     if (auto* refused = access_->Refuse<grpc::ServerWriteReactor<v1::ReadBlobResponse>>(
             context, {Role::kClient, Role::kWorker})) {
+        return refused;
+    }
+    StreamLimit::Slot slot;
+    if (auto* refused =
+            access_->RefuseStream<grpc::ServerWriteReactor<v1::ReadBlobResponse>>(context, &slot)) {
         return refused;
     }
     const auto fill = [this, sha256 = request->sha256(), offset = request->offset(),
@@ -130,7 +189,7 @@ grpc::ServerWriteReactor<v1::ReadBlobResponse>* BlobService::ReadBlob(
         // An empty end is sent only to say the size.
         return std::exchange(first, false) || !response->data().empty();
     };
-    return new PieceStream<v1::ReadBlobResponse>(&coordinator_->io(), fill);
+    return new PieceStream<v1::ReadBlobResponse>(std::move(slot), &coordinator_->io(), fill);
 }
 
 }  // namespace relume::server

@@ -11,13 +11,13 @@
 #include "core/base/error.h"
 #include "core/base/log.h"
 #include "core/base/sha256.h"
+#include "proto/codec/digests.h"
 #include "server/rpc/finish_image.h"
 
 namespace relume::server {
 namespace {
 
 constexpr double kTickSeconds = 0.1;
-constexpr std::size_t kOverJobsKept = 1000;  // with their results
 // Of those seen from outside one by one.
 constexpr std::size_t kMaxJobsShown = 100, kMaxWorkersShown = 200;
 constexpr std::chrono::seconds kStatusPatience{5};
@@ -33,7 +33,8 @@ std::string RandomName() {
 std::string JobId(const std::string& name) { return name.substr(std::string(kJobPrefix).size()); }
 
 Coordinator::Coordinator(const CoordinatorOptions& options)
-    : folder_(options.data),
+    : quotas_(options.quotas),
+      folder_(options.data),
       disk_(options.disk),
       ledger_(options.data / "state.db"),
       snapshots_(options.data / "films", disk_),
@@ -45,6 +46,8 @@ Coordinator::Coordinator(const CoordinatorOptions& options)
                    Acknowledge(worker, ticket);
                }},
               &queue_, &ledger_, &snapshots_, &wall_, &control_, &films_) {
+    std::random_device random;
+    queue_.SetCrossCheck(options.cross_check, (std::uint64_t{random()} << 32) | random());
     Load();
     control_.Every(FromSeconds(kTickSeconds), [this] { Tick(); });
 }
@@ -68,10 +71,10 @@ void Coordinator::Tick() {
     // Also those who have nothing to wait for: a lease may have become worth a race.
     ForEach(worker_streams_, &Listener::Advance);
     Changed();
+    keeper_.Tick(now);
     if (stopping_) {
         return;
     }
-    keeper_.Tick(now);
     NoteThoseOver();
     NoteUsedTime(now);
     std::erase_if(unstored_, [&](const Unstored& image) {
@@ -98,7 +101,10 @@ Coordinator::Record* Coordinator::AddRecord(const std::string& name, const std::
                                             CheckedSpec spec) {
     Record& record = records_[name];
     record.scene_sha256 = ManifestDigest(spec.manifest);
+    record.context_digest = codec::ContextDigest(name, spec.manifest, spec.settings);
     record.cancel = std::make_shared<CancelToken>();
+    record.caller = spec.caller;
+    record.bytes = spec.message.ByteSizeLong();
     record.spec = std::move(spec);
     record.brief = record.spec.message;
     record.brief.mutable_scene()->clear_entries();
@@ -114,9 +120,8 @@ std::string Coordinator::CreateJob(const std::string& request_id, CheckedSpec sp
         control_.Post([done = std::move(done)] { done({}); });
         return it->second;
     }
-    for (const auto& forgotten : queue_.ForgetOverJobs(kOverJobsKept)) {
-        Forget(forgotten);
-    }
+    CheckQuotas(spec.caller, spec.message.ByteSizeLong());
+    ForgetOldJobs();
     std::string name = RandomName();
     while (records_.count(name) != 0) {
         name = RandomName();
@@ -161,6 +166,11 @@ void Coordinator::FillJob(const jobs::JobInfo& info, bool with_entries, v1::Job*
     if (const auto share = queue_.ShareOf(info.name, Now())) {
         job->set_share(*share);
     }
+}
+
+std::uint64_t Coordinator::TaskDigest(const std::string& name, std::uint64_t unit,
+                                      const TileTask& task) const {
+    return codec::TaskDigest(records_.at(name).context_digest, unit, task);
 }
 
 Coordinator::ResultFile Coordinator::ResultOf(const std::string& name) const {
@@ -234,6 +244,14 @@ void Coordinator::StopStreams() {
     stopping_ = true;
     ForEach(worker_streams_, &Listener::Stop);
     ForEach(watchers_, &Listener::Stop);
+}
+
+void Coordinator::SaveFilms(const std::function<void()>& done) {
+    // Those whose last samples came in meanwhile; filters begin with the next server.
+    while (const auto work = queue_.TakeFilterWork()) {
+        keeper_.Final(*work);
+    }
+    keeper_.SaveAll(done);
 }
 
 void Coordinator::StartPlans() {

@@ -22,6 +22,7 @@
 #include "server/rpc/finish_times.h"
 #include "server/rpc/job_message.h"
 #include "server/rpc/job_spec.h"
+#include "server/rpc/quotas.h"
 #include "server/rpc/traffic.h"
 #include "server/store/blob_store.h"
 #include "server/store/data_folder.h"
@@ -36,6 +37,8 @@ struct CoordinatorOptions {
     std::filesystem::path data;  // holds blobs, results, films, the ledger and a lock
     std::uint64_t blob_quota = std::uint64_t{64} << 30;
     FilmKeeper::Options films;
+    double cross_check = 0;  // share of units that two workers render, see JobQueue
+    Quotas quotas;
     std::shared_ptr<store::Disk> disk = store::RealDisk();  // for results and films
 };
 
@@ -77,12 +80,15 @@ class Coordinator {
     std::uint32_t epoch() const { return ledger_.epoch(); }
     const std::string& secret() const { return ledger_.secret(); }  // of tickets
 
+    // Throws kResourceExhausted if the image is larger than the server wants any to be.
+    void CheckSize(const CheckedSpec& spec) const;
+
     // --- On the control thread alone.
     jobs::JobQueue& queue() { return queue_; }
     // Called on the control thread: with why it could not be done, or nothing.
     using Done = std::function<void(const std::optional<Error>& why)>;
     // A name that was made for the same, non-empty request_id is answered again. `done` when the
-    // job is on the disk.
+    // job is on the disk. Throws kResourceExhausted beyond a quota.
     std::string CreateJob(const std::string& request_id, CheckedSpec spec, Done done);
     // As JobQueue's calls of those names; `discard`: no image is made of what is there.
     void CancelJob(const std::string& name, bool discard, Done done);
@@ -92,6 +98,9 @@ class Coordinator {
     // Goes on with a job that has an image, to `spp` samples a pixel.
     void ExtendJob(const std::string& name, double spp, Done done);
     const CheckedSpec& SpecOf(const std::string& name) const { return records_.at(name).spec; }
+    // codec::TaskDigest of what a worker is lent of the job.
+    std::uint64_t TaskDigest(const std::string& name, std::uint64_t unit,
+                             const TileTask& task) const;
     // `with_entries`: with the list of the scene's files.
     void FillJob(const jobs::JobInfo& info, bool with_entries, v1::Job* job) const;
     struct ResultFile {
@@ -121,6 +130,8 @@ class Coordinator {
     void Changed();
     // Tells all streams to end.
     void StopStreams();
+    // After that: saves what has come in since the last saves, then calls `done`.
+    void SaveFilms(const std::function<void()>& done);
 
   private:
     struct Record {
@@ -128,9 +139,12 @@ class Coordinator {
         v1::JobSpec brief;  // without the list of the scene's files, which may be long
         std::string request_id;
         std::string scene_sha256;
+        std::uint64_t context_digest = 0;  // of what workers are told of it
         std::string result_sha256;
         std::shared_ptr<CancelToken> cancel;
-        bool over = false;  // on the disk
+        bool over = false;      // on the disk
+        std::string caller;     // for quotas
+        std::size_t bytes = 0;  // of the request
     };
     // An image that waits to be stored.
     struct Unstored {
@@ -138,6 +152,12 @@ class Coordinator {
         std::shared_ptr<const FinishedImage> image;
         TimePoint due;
     };
+
+    // Throws kResourceExhausted if the caller, or all together, have too many jobs that are not
+    // over to get one more whose request has so many bytes.
+    void CheckQuotas(const std::string& caller, std::size_t bytes) const;
+    // Forgets the oldest jobs that are over if there are too many, or their requests too large.
+    void ForgetOldJobs();
 
     void Load();
     void LoadJob(const store::JobRow& row);
@@ -165,6 +185,7 @@ class Coordinator {
     void Filter(const jobs::JobQueue::FilterWork& work, const CheckedSpec& spec,
                 const std::string& numeric_class, const CancelToken& cancel);
 
+    const Quotas quotas_;
     SteadyClock clock_;
     WallClock wall_{clock_.Now()};
     store::DataFolder folder_;

@@ -162,6 +162,7 @@ void Coordinator::ExtendJob(const std::string& name, double spp, Done done) {
         ThrowInvalidArgument(fmt::format(
             "{} has {:.6g} samples a pixel already; ask for more than that", name, has));
     }
+    CheckQuotas(records_.at(name).caller, records_.at(name).bytes);
     message.set_spp(spp);
     message.clear_target();
     message.clear_time_limit();

@@ -7,6 +7,7 @@
 
 #include "server/rpc/executor.h"
 #include "server/rpc/status.h"
+#include "server/rpc/stream_limit.h"
 
 namespace relume::server {
 
@@ -27,12 +28,13 @@ class PieceStream final : public grpc::ServerWriteReactor<Response> {
   public:
     using Fill = std::function<bool(Response*)>;
 
-    PieceStream(SerialExecutor* executor, Fill fill) : executor_(executor), fill_(std::move(fill)) {
+    PieceStream(StreamLimit::Slot slot, SerialExecutor* executor, Fill fill)
+        : slot_(std::move(slot)), executor_(executor), fill_(std::move(fill)) {
         executor_->Post([this] { Next(); });
     }
-    PieceStream(SerialExecutor* prepare_executor, std::function<void()> prepare,
-                SerialExecutor* executor, Fill fill)
-        : executor_(executor), fill_(std::move(fill)) {
+    PieceStream(StreamLimit::Slot slot, SerialExecutor* prepare_executor,
+                std::function<void()> prepare, SerialExecutor* executor, Fill fill)
+        : slot_(std::move(slot)), executor_(executor), fill_(std::move(fill)) {
         prepare_executor->Post([this, prepare = std::move(prepare)] {
             if (const grpc::Status status = Guard(prepare); status.ok()) {
                 executor_->Post([this] { Next(); });
@@ -65,6 +67,7 @@ class PieceStream final : public grpc::ServerWriteReactor<Response> {
         }
     }
 
+    const StreamLimit::Slot slot_;
     SerialExecutor* executor_;
     Fill fill_;
     Response response_;

@@ -129,6 +129,10 @@ void FilmKeeper::Tick(TimePoint now) {
         }
         return;
     }
+    if (all_saved_) {
+        SaveNext();
+        return;  // what is not due waits for the next server
+    }
     const std::string* oldest = nullptr;
     Kept* due = nullptr;
     for (const std::string& name : queue_->Rendering()) {
@@ -136,9 +140,8 @@ void FilmKeeper::Tick(TimePoint now) {
         if (fresh || it->second.due == TimePoint{}) {
             it->second.due = now + FromSeconds(options_.save_seconds);
         }
-        const bool changed =
-            it->second.held || queue_->Get(name).samples_done != it->second.samples;
-        if (changed && it->second.due <= now && (due == nullptr || it->second.due < due->due)) {
+        if (Changed(name, it->second) && it->second.due <= now &&
+            (due == nullptr || it->second.due < due->due)) {
             due = &it->second;
             oldest = &it->first;
         }
@@ -148,7 +151,41 @@ void FilmKeeper::Tick(TimePoint now) {
     }
 }
 
-void FilmKeeper::Begin(const std::string& job, Kept* kept, TimePoint now) {
+bool FilmKeeper::Changed(const std::string& job, const Kept& kept) const {
+    return kept.held || queue_->Get(job).samples_done != kept.samples;
+}
+
+void FilmKeeper::SaveAll(std::function<void()> done) {
+    if (stopped_ || options_.save_seconds == 0) {
+        done();
+        return;
+    }
+    all_saved_ = std::move(done);
+    to_save_ = queue_->Rendering();
+    SaveNext();
+}
+
+void FilmKeeper::SaveNext() {
+    if (!all_saved_ || stopped_) {
+        return;
+    }
+    while (!copying_ && !to_save_.empty()) {
+        const std::string& name = to_save_.back();
+        Kept& kept = jobs_[name];
+        const bool renders =
+            queue_->Knows(name) && queue_->Get(name).state == jobs::JobState::kRendering;
+        if (renders && Changed(name, kept) && !Begin(name, &kept, clock_.Now())) {
+            return;  // again at the next tick
+        }
+        to_save_.pop_back();
+    }
+    if (!copying_) {
+        // After all that was given to the files thread before.
+        files_->Post([this, done = std::exchange(all_saved_, nullptr)] { control_->Post(done); });
+    }
+}
+
+bool FilmKeeper::Begin(const std::string& job, Kept* kept, TimePoint now) {
     const double start = ThreadSeconds();
     const auto save = std::make_shared<Save>();
     auto checkpoint = queue_->BeginCopy(job, [this, weak = std::weak_ptr(save)](std::size_t tile,
@@ -160,7 +197,7 @@ void FilmKeeper::Begin(const std::string& job, Kept* kept, TimePoint now) {
         }
     });
     if (!checkpoint) {
-        return;  // a plan is being made: at the next tick
+        return false;  // a plan is being made: at the next tick
     }
     save->job = job;
     save->info = SaveInfo(checkpoint->info, *wall_);
@@ -179,6 +216,7 @@ void FilmKeeper::Begin(const std::string& job, Kept* kept, TimePoint now) {
     copying_ = save;
     save->control_seconds += ThreadSeconds() - start;
     CopyMore(save);
+    return true;
 }
 
 // Some tiles at a time, between the control thread's other tasks.
@@ -335,6 +373,7 @@ void FilmKeeper::Ended(const std::shared_ptr<Save>& save) {
             kept.due = clock_.Now() + FromSeconds(kRetrySeconds);
             kept.answers.insert(kept.answers.end(), save->answers.begin(), save->answers.end());
             hooks_.hold(save->job, save->error->what());
+            SaveNext();
             return;
         }
     }
@@ -355,6 +394,7 @@ void FilmKeeper::Ended(const std::shared_ptr<Save>& save) {
             hooks_.hold(save->job, "");
         }
     }
+    SaveNext();
 }
 
 void FilmKeeper::Over(const std::string& job) {

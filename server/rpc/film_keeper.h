@@ -59,6 +59,9 @@ class FilmKeeper {
     // An answer of a worker was merged, or waits to be. It is acknowledged when it is safe.
     void Answered(const std::string& job, std::uint64_t unit, jobs::WorkerId worker,
                   const std::string& ticket);
+    // Saves all that has come since the last saves, one job after the other, due or not; then calls
+    // `done`. A job whose plan is being made is waited for, by Tick. The server stops.
+    void SaveAll(std::function<void()> done);
     // Gives the files thread no more work.
     void Stop() { stopped_ = true; }
 
@@ -96,7 +99,10 @@ class FilmKeeper {
         std::atomic<bool> stalled{false};  // copying waits for the files thread
     };
 
-    void Begin(const std::string& job, Kept* kept, TimePoint now);
+    // False if the film can't be copied now.
+    bool Begin(const std::string& job, Kept* kept, TimePoint now);
+    bool Changed(const std::string& job, const Kept& kept) const;
+    void SaveNext();
     void CopyMore(std::shared_ptr<Save> save);
     void Abandon(const std::string& job);
     void Post(const std::shared_ptr<Save>& save, std::function<void(Save*)> work);
@@ -116,7 +122,9 @@ class FilmKeeper {
     SerialExecutor* files_;
     SteadyClock clock_;
     std::map<std::string, Kept> jobs_;
-    std::shared_ptr<Save> copying_;  // of a job that renders
+    std::shared_ptr<Save> copying_;     // of a job that renders
+    std::vector<std::string> to_save_;  // by SaveAll, that is not done
+    std::function<void()> all_saved_;   // unset: SaveAll was not called, or is done
     bool stopped_ = false;
     std::uint64_t sequence_ = 0;  // of the files thread
 };

@@ -50,6 +50,8 @@ grpc::ServerUnaryReactor* JobService::CreateJob(grpc::CallbackServerContext* con
             v1::JobSpec asked = request->spec();
             asked.set_owner(OwnerOf(*context, asked.owner()));
             *spec = CheckSpec(asked, coordinator_->blobs());
+            spec->caller = OwnerOf(*context, "");
+            coordinator_->CheckSize(*spec);
         });
         if (!status.ok() || request->validate_only()) {
             if (status.ok()) {
@@ -61,11 +63,16 @@ grpc::ServerUnaryReactor* JobService::CreateJob(grpc::CallbackServerContext* con
         }
         coordinator_->control().Post([this, reactor, request, response, spec] {
             const auto name = std::make_shared<std::string>();
-            *name = coordinator_->CreateJob(
-                request->request_id(), std::move(*spec),
-                [this, reactor, response, name](const std::optional<Error>& why) {
-                    Answer(reactor, *name, why, response->mutable_job());
-                });
+            const grpc::Status made = Guard([&] {
+                *name = coordinator_->CreateJob(
+                    request->request_id(), std::move(*spec),
+                    [this, reactor, response, name](const std::optional<Error>& why) {
+                        Answer(reactor, *name, why, response->mutable_job());
+                    });
+            });
+            if (!made.ok()) {
+                reactor->Finish(made);
+            }
             coordinator_->Changed();
         });
     });
@@ -98,7 +105,12 @@ grpc::ServerUnaryReactor* JobService::ListJobs(grpc::CallbackServerContext* cont
             request->page_size() == 0 ? kDefaultPage : std::min(request->page_size(), kMaxPage);
         const auto limit = static_cast<std::size_t>(size);
         // One more than is sent tells whether there is a next page.
-        const auto jobs = coordinator_->queue().List(ParseToken(request->page_token()), limit + 1);
+        const auto in_group = [&](const std::string& name) {
+            return request->group().empty() ||
+                   coordinator_->SpecOf(name).message.group() == request->group();
+        };
+        const auto jobs =
+            coordinator_->queue().List(ParseToken(request->page_token()), limit + 1, in_group);
         for (std::size_t i = 0; i < std::min(limit, jobs.size()); ++i) {
             coordinator_->FillJob(*jobs[i], false, response->add_jobs());
         }
@@ -171,13 +183,16 @@ grpc::ServerUnaryReactor* JobService::ExtendJob(grpc::CallbackServerContext* con
                  });
 }
 
-// A call that `begin` begins on the control thread, and that is answered when it is done.
+// A call that changes a job, which `begin` begins on the control thread, and that is answered when
+// it is done.
 grpc::ServerUnaryReactor* JobService::Later(grpc::CallbackServerContext* context,
                                             const std::string& name, v1::Job* job,
                                             const std::function<void(Coordinator::Done)>& begin) {
     grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
-    coordinator_->control().Post([this, reactor, name, job, begin] {
+    coordinator_->control().Post([this, context, reactor, name, job, begin] {
         const grpc::Status status = Guard([&] {
+            coordinator_->queue().Get(name);  // throws if there is none
+            access_->CheckOwner(*context, name, coordinator_->SpecOf(name).message.owner());
             begin([this, reactor, name, job](const std::optional<Error>& why) {
                 Answer(reactor, name, why, job);
             });
@@ -206,13 +221,23 @@ grpc::ServerWriteReactor<v1::WatchJobResponse>* JobService::WatchJob(
             context, {Role::kClient})) {
         return refused;
     }
-    return JobWatcher::Start(coordinator_, request->name(), request->from_event());
+    StreamLimit::Slot slot;
+    if (auto* refused =
+            access_->RefuseStream<grpc::ServerWriteReactor<v1::WatchJobResponse>>(context, &slot)) {
+        return refused;
+    }
+    return JobWatcher::Start(coordinator_, request->name(), request->from_event(), std::move(slot));
 }
 
 grpc::ServerWriteReactor<v1::FetchResultResponse>* JobService::FetchResult(
     grpc::CallbackServerContext* context, const v1::FetchResultRequest* request) {
     if (auto* refused = access_->Refuse<grpc::ServerWriteReactor<v1::FetchResultResponse>>(
             context, {Role::kClient})) {
+        return refused;
+    }
+    StreamLimit::Slot slot;
+    if (auto* refused = access_->RefuseStream<grpc::ServerWriteReactor<v1::FetchResultResponse>>(
+            context, &slot)) {
         return refused;
     }
     const auto file = std::make_shared<Coordinator::ResultFile>();
@@ -234,8 +259,8 @@ grpc::ServerWriteReactor<v1::FetchResultResponse>* JobService::FetchResult(
         // An empty end is sent only to say size and digest.
         return std::exchange(first, false) || !response->data().empty();
     };
-    return new PieceStream<v1::FetchResultResponse>(&coordinator_->control(), prepare,
-                                                    &coordinator_->io(), fill);
+    return new PieceStream<v1::FetchResultResponse>(std::move(slot), &coordinator_->control(),
+                                                    prepare, &coordinator_->io(), fill);
 }
 
 grpc::ServerUnaryReactor* JobService::ListWorkers(grpc::CallbackServerContext* context,

@@ -17,7 +17,7 @@ namespace relume::server {
 namespace {
 
 constexpr int kMinTileSize = 8, kDefaultTileSize = 32;
-constexpr std::size_t kMaxDisplayName = 200, kMaxOwner = 64;
+constexpr std::size_t kMaxDisplayName = 200, kMaxOwner = 64, kMaxGroup = 100;
 // Film, planner, and the filter's frame and layers at the same time.
 constexpr std::uint64_t kBytesPerPixel = 600;
 constexpr std::uint64_t kMaxSampleBytes = std::uint64_t{4} << 30;  // of a job that keeps them
@@ -131,6 +131,7 @@ constexpr double kFilterEffort = 0.6;
 CheckedSpec CheckSpec(const v1::JobSpec& spec, const store::BlobStore& blobs) {
     CheckedSpec checked;
     checked.message = spec;
+    checked.caller = spec.owner();
     checked.settings = codec::FromProto(spec.settings());
     checked.manifest = codec::FromProto(spec.scene());
     const std::string& environment = checked.settings.environment;
@@ -158,6 +159,10 @@ CheckedSpec CheckSpec(const v1::JobSpec& spec, const store::BlobStore& blobs) {
     if (spec.display_name().size() > kMaxDisplayName) {
         ThrowInvalidArgument(
             fmt::format("the job's display name is longer than {} bytes", kMaxDisplayName));
+    }
+    if (spec.group().size() > kMaxGroup) {
+        ThrowInvalidArgument(
+            fmt::format("the name of the job's group is longer than {} bytes", kMaxGroup));
     }
 
     const auto planner =

@@ -17,6 +17,7 @@ inline constexpr const char* kDefaultFilter = "auto";
 // A JobSpec that can be rendered.
 struct CheckedSpec {
     v1::JobSpec message;  // as the client gave it
+    std::string caller;   // who asked for it, for quotas: its owner, unless that was only said
     SceneManifest manifest;
     RenderSettings settings;
     std::string sampler, filter;  // with all parameters

@@ -7,8 +7,9 @@
 namespace relume::server {
 
 JobWatcher* JobWatcher::Start(Coordinator* coordinator, const std::string& name,
-                              std::uint64_t from_event) {
-    const std::shared_ptr<JobWatcher> watcher(new JobWatcher(coordinator, name, from_event));
+                              std::uint64_t from_event, StreamLimit::Slot slot) {
+    const std::shared_ptr<JobWatcher> watcher(
+        new JobWatcher(coordinator, name, from_event, std::move(slot)));
     watcher->self_ = watcher;
     coordinator->control().Post([watcher] {
         watcher->coordinator_->AddWatcher(watcher.get());

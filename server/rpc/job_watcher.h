@@ -4,9 +4,11 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "relume/v1/jobs.pb.h"
 #include "server/rpc/coordinator.h"
+#include "server/rpc/stream_limit.h"
 
 namespace relume::server {
 
@@ -15,7 +17,7 @@ namespace relume::server {
 class JobWatcher final : public grpc::ServerWriteReactor<v1::WatchJobResponse>, public Listener {
   public:
     static JobWatcher* Start(Coordinator* coordinator, const std::string& name,
-                             std::uint64_t from_event);
+                             std::uint64_t from_event, StreamLimit::Slot slot);
 
     void OnWriteDone(bool ok) override;
     void OnCancel() override;
@@ -25,11 +27,16 @@ class JobWatcher final : public grpc::ServerWriteReactor<v1::WatchJobResponse>, 
     void Stop() override;
 
   private:
-    JobWatcher(Coordinator* coordinator, std::string name, std::uint64_t from_event)
-        : coordinator_(coordinator), name_(std::move(name)), next_event_(from_event) {}
+    JobWatcher(Coordinator* coordinator, std::string name, std::uint64_t from_event,
+               StreamLimit::Slot slot)
+        : coordinator_(coordinator),
+          slot_(std::move(slot)),
+          name_(std::move(name)),
+          next_event_(from_event) {}
     void End(const grpc::Status& status);
 
     Coordinator* coordinator_;
+    const StreamLimit::Slot slot_;
     std::shared_ptr<JobWatcher> self_;  // until OnDone; posted tasks hold it, too
     std::string name_;
     std::uint64_t next_event_;

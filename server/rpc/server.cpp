@@ -4,6 +4,8 @@
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/health_check_service_interface.h>
 #include <grpcpp/security/server_credentials.h>
+#include <grpcpp/security/tls_certificate_provider.h>
+#include <grpcpp/security/tls_credentials_options.h>
 #include <grpcpp/server_builder.h>
 
 #include <chrono>
@@ -22,11 +24,32 @@ constexpr int kMaxMessage = 4 << 20;
 constexpr int kMaxStreams = 256;          // at once, of one connection
 constexpr milliseconds kDrainTime{1500};  // for workers to finish their leases
 constexpr milliseconds kDrainInterval{20};
-constexpr milliseconds kGoodbyeTime{500};  // then calls are cut off
+constexpr std::chrono::seconds kSaveTime{6};  // for what came in since the last saves
+constexpr milliseconds kGoodbyeTime{500};     // then calls are cut off
 
-std::shared_ptr<grpc::ServerCredentials> MakeCredentials(const TlsPems& tls) {
+// gRPC reads the files itself, and goes on with what it had if they can't be read or don't fit.
+std::shared_ptr<grpc::ServerCredentials> MakeRenewedCredentials(const ServerOptions& server) {
+    using namespace grpc::experimental;  // as it still is in 1.51
+    const TlsFiles& files = server.tls_files;
+    TlsServerCredentialsOptions options(std::make_shared<FileWatcherCertificateProvider>(
+        files.key, files.cert, files.ca, static_cast<unsigned>(server.tls_refresh_seconds)));
+    options.watch_identity_key_cert_pairs();
+    if (files.ca.empty()) {
+        options.set_cert_request_type(GRPC_SSL_DONT_REQUEST_CLIENT_CERTIFICATE);
+    } else {
+        options.watch_root_certs();
+        options.set_cert_request_type(GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY);
+    }
+    return TlsServerCredentials(options);
+}
+
+std::shared_ptr<grpc::ServerCredentials> MakeCredentials(const ServerOptions& server) {
+    const TlsPems& tls = server.tls;
     if (!tls.enabled()) {
         return grpc::InsecureServerCredentials();
+    }
+    if (!server.tls_files.cert.empty()) {
+        return MakeRenewedCredentials(server);
     }
     grpc::SslServerCredentialsOptions options(
         tls.ca.empty() ? GRPC_SSL_DONT_REQUEST_CLIENT_CERTIFICATE
@@ -40,7 +63,8 @@ std::shared_ptr<grpc::ServerCredentials> MakeCredentials(const TlsPems& tls) {
 
 Server::Server(const ServerOptions& options)
     : address_(options.listen),
-      access_(!options.tls.ca.empty(), options.join_token),
+      access_(!options.tls.ca.empty(), options.join_token,
+              options.coordinator.quotas.client_streams),
       metrics_address_(options.metrics),
       coordinator_(options.coordinator) {
     if (metrics_address_) {
@@ -60,8 +84,7 @@ Server::Server(const ServerOptions& options)
     builder.AddChannelArgument(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
     builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 5'000);
     builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxStreams);
-    builder.AddListeningPort(ToString(options.listen), MakeCredentials(options.tls),
-                             &address_.port);
+    builder.AddListeningPort(ToString(options.listen), MakeCredentials(options), &address_.port);
     builder.RegisterService(&jobs_);
     builder.RegisterService(&blobs_);
     builder.RegisterService(&work_);
@@ -95,6 +118,15 @@ Server::~Server() {
         if (workers > 0) {
             std::this_thread::sleep_for(kDrainInterval);
         }
+    }
+    const auto saved = std::make_shared<std::promise<void>>();
+    coordinator_.control().Post(
+        [this, saved] { coordinator_.SaveFilms([saved] { saved->set_value(); }); });
+    if (saved->get_future().wait_for(kSaveTime) != std::future_status::ready) {
+        spdlog::warn(
+            "films are not saved within {} s: what came in since the last saves will be "
+            "rendered again",
+            kSaveTime.count());
     }
     server_->Shutdown(std::chrono::system_clock::now() + kGoodbyeTime);
     server_->Wait();

@@ -19,7 +19,11 @@ namespace relume::server {
 
 struct ServerOptions {
     ListenAddress listen{"127.0.0.1", 0};
-    TlsPems tls;             // with a CA: callers need certificates, which tell their roles
+    TlsPems tls;  // with a CA: callers need certificates, which tell their roles
+    // Where `tls` came from: looked at again every so many seconds, so that renewed certificates
+    // count for new connections. Not named: never.
+    TlsFiles tls_files;
+    int tls_refresh_seconds = 10;
     std::string join_token;  // that workers must show; "": none
     CoordinatorOptions coordinator;
     std::optional<ListenAddress> metrics;  // for Prometheus, by HTTP; none: nowhere
@@ -30,8 +34,8 @@ class Server {
   public:
     // Serves when it returns. Throws kUnavailable if it can't listen there.
     explicit Server(const ServerOptions& options);
-    // Asks the workers to finish and leave, says NOT_SERVING, and ends all calls, at the latest
-    // after about two seconds.
+    // Asks the workers to finish and leave, says NOT_SERVING, saves films of jobs under way, and
+    // ends all calls, in two seconds, six more at most for the films.
     ~Server();
 
     // With the port that was chosen.

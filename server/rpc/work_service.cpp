@@ -1,5 +1,7 @@
 #include "server/rpc/work_service.h"
 
+#include <utility>
+
 #include "server/rpc/work_session.h"
 
 namespace relume::server {
@@ -10,7 +12,11 @@ grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>* WorkService::Work(
     if (auto* refused = access_->RefuseWorker<Reactor>(context)) {
         return refused;
     }
-    return WorkSession::Start(coordinator_);
+    StreamLimit::Slot slot;
+    if (auto* refused = access_->RefuseStream<Reactor>(context, &slot)) {
+        return refused;
+    }
+    return WorkSession::Start(coordinator_, std::move(slot));
 }
 
 }  // namespace relume::server

@@ -10,6 +10,7 @@
 #include "core/base/log.h"
 #include "core/film/aov.h"
 #include "proto/codec/codec.h"
+#include "proto/codec/digests.h"
 #include "proto/codec/protocol.h"
 #include "server/rpc/status.h"
 #include "server/rpc/ticket.h"
@@ -20,6 +21,9 @@ namespace {
 constexpr std::size_t kMaxText = 2000;
 constexpr int kMaxNotes = 100;
 constexpr double kHelloSeconds = 10;  // for a worker's first message
+// Beyond what credits let wait: the worker does not read.
+constexpr std::size_t kMaxOutbox = 20'000;
+constexpr std::size_t kTicketSize = 32;  // characters
 
 // A worker's words in one line that can be shown in a terminal.
 std::string Clean(const std::string& text) {
@@ -32,8 +36,8 @@ std::string Clean(const std::string& text) {
 
 }  // namespace
 
-WorkSession* WorkSession::Start(Coordinator* coordinator) {
-    const std::shared_ptr<WorkSession> session(new WorkSession(coordinator));
+WorkSession* WorkSession::Start(Coordinator* coordinator, StreamLimit::Slot slot) {
+    const std::shared_ptr<WorkSession> session(new WorkSession(coordinator, std::move(slot)));
     session->self_ = session;
     coordinator->control().Post([session] {
         session->coordinator_->AddWorkerStream(session.get());
@@ -107,12 +111,22 @@ void WorkSession::Handle(const v1::WorkRequest& message) {
         }
         case v1::WorkRequest::kProblem: {
             const v1::JobProblem& problem = message.problem();
+            if (jobs_sent_.count(problem.job()) == 0) {
+                break;  // it has no business with it
+            }
+            if (problem.signal() != 0) {
+                queue.Crashed(worker_, problem.job(), problem.lease_id(), problem.signal());
+                throw Error(ErrorCode::kCancelled, "it dies: " + Clean(problem.message()));
+            }
             queue.Problem(worker_, problem.job(), Clean(problem.message()), problem.transient(),
                           now);
             break;
         }
         case v1::WorkRequest::kSceneReady: {
             const v1::SceneReady& ready = message.scene_ready();
+            if (jobs_sent_.count(ready.job()) == 0) {
+                break;
+            }
             std::vector<std::string> notes;
             for (int i = 0; i < std::min(ready.notes_size(), kMaxNotes); ++i) {
                 notes.push_back(Clean(ready.notes(i)));
@@ -147,6 +161,9 @@ void WorkSession::HandleHello(const v1::Hello& hello) {
     jobs::JobQueue& queue = coordinator_->queue();
     const std::string numeric_class = Clean(NumericClassText(hello.numeric_class()));
     worker_ = queue.AddWorker(hello.name(), numeric_class, hello.threads(), coordinator_->Now());
+    if (!hello.machine().empty()) {
+        queue.SetMachine(worker_, Clean(hello.machine()));
+    }
     const LogScope scope({.worker = queue.WorkerName(worker_)});
     spdlog::info("worker {}: is here with {} threads ({})", queue.WorkerName(worker_),
                  hello.threads(), numeric_class);
@@ -166,6 +183,9 @@ void WorkSession::HandleResult(const v1::LeaseResult& result) {
     const LogScope scope({.job = result.job(), .lease = lease});
     const auto samples = samples_.extract(lease);
     const TileTask* lent = result.epoch() == coordinator_->epoch() ? queue.TaskOf(lease) : nullptr;
+    if (result.ticket().size() > kTicketSize) {  // would be kept to be sent back
+        ThrowInvalidArgument("a ticket has 32 characters");
+    }
     // An answer to a lease that is gone, but whose samples may still be wanted.
     std::optional<TileTask> late;
     if (lent == nullptr && !result.ticket().empty()) {
@@ -184,18 +204,25 @@ void WorkSession::HandleResult(const v1::LeaseResult& result) {
     const TileTask& task = lent != nullptr ? *lent : *late;
     TileResult tile;
     try {
+        // An answer may lie about them.
+        const auto [job, unit] =
+            lent != nullptr ? queue.UnitOf(lease) : std::pair(result.job(), result.unit());
+        codec::CheckTaskDigest(coordinator_->TaskDigest(job, unit, task), result);
         tile = codec::DecodePlanes(task, result.planes());
         tile.samples =
             codec::DecodeSamples(task, samples.empty() ? std::string() : samples.mapped());
+        tile.rays = result.rays();
+        tile.seconds = result.seconds();
+        codec::CheckChecksum(tile, result);
     } catch (const Error& error) {
         if (lent != nullptr) {
             queue.RejectResult(worker_, lease, error.what(), now);
+        } else {
+            queue.RejectLateResult(worker_, result.job(), error.what(), now);
         }
         coordinator_->Acknowledge(worker_, result.ticket());
         return;
     }
-    tile.rays = result.rays();
-    tile.seconds = result.seconds();
     const jobs::ResultVerdict verdict =
         lent != nullptr
             ? queue.AddResult(worker_, lease, result.job(), std::move(tile), now)
@@ -211,7 +238,9 @@ void WorkSession::HandleResult(const v1::LeaseResult& result) {
 // What is nobody's or does not follow on what came before is dropped: the result will be short of
 // it, and refused.
 void WorkSession::HandleSamples(const v1::SampleChunk& chunk) {
-    const TileTask* task = coordinator_->queue().TaskOf(chunk.lease_id());
+    jobs::JobQueue& queue = coordinator_->queue();
+    const TileTask* task =
+        queue.IsLent(chunk.lease_id(), worker_) ? queue.TaskOf(chunk.lease_id()) : nullptr;
     if (task == nullptr) {
         samples_.erase(chunk.lease_id());
         return;
@@ -235,6 +264,10 @@ void WorkSession::Advance() {
         if (ToSeconds(coordinator_->Now() - opened_) > kHelloSeconds) {
             Leave({grpc::StatusCode::DEADLINE_EXCEEDED, "the worker does not say Hello"});
         }
+        return;
+    }
+    if (outbox_.size() >= kMaxOutbox) {
+        Leave({grpc::StatusCode::RESOURCE_EXHAUSTED, "the worker does not read what it is sent"});
         return;
     }
     jobs::JobQueue& queue = coordinator_->queue();
@@ -340,7 +373,13 @@ void WorkSession::Leave(const grpc::Status& status) {
         const LogScope scope({.worker = queue.WorkerName(worker_)});
         spdlog::info("worker {}: has left{}", queue.WorkerName(worker_),
                      status.ok() ? "" : fmt::format(" ({})", status.error_message()));
-        queue.RemoveWorker(worker_);
+        // Whoever is refused, or leaves because the server stops, is not lost over its work.
+        const bool lost = status.ok() || status.error_code() == grpc::StatusCode::CANCELLED;
+        if (lost && !coordinator_->stopping()) {
+            queue.LoseWorker(worker_, "was lost", coordinator_->Now());
+        } else {
+            queue.RemoveWorker(worker_);
+        }
         coordinator_->TakeAcknowledged(worker_);
         worker_ = 0;
     }

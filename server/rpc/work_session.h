@@ -7,9 +7,11 @@
 #include <memory>
 #include <set>
 #include <string>
+#include <utility>
 
 #include "relume/v1/work.pb.h"
 #include "server/rpc/coordinator.h"
+#include "server/rpc/stream_limit.h"
 
 namespace relume::server {
 
@@ -19,7 +21,7 @@ namespace relume::server {
 class WorkSession final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>,
                           public Listener {
   public:
-    static WorkSession* Start(Coordinator* coordinator);
+    static WorkSession* Start(Coordinator* coordinator, StreamLimit::Slot slot);
 
     void OnReadDone(bool ok) override;
     void OnWriteDone(bool ok) override;
@@ -31,8 +33,8 @@ class WorkSession final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wo
     void Stop() override;
 
   private:
-    explicit WorkSession(Coordinator* coordinator)
-        : coordinator_(coordinator), opened_(coordinator->Now()) {}
+    WorkSession(Coordinator* coordinator, StreamLimit::Slot slot)
+        : coordinator_(coordinator), slot_(std::move(slot)), opened_(coordinator->Now()) {}
 
     // Each throws what ends the stream.
     void Handle(const v1::WorkRequest& message);
@@ -47,6 +49,7 @@ class WorkSession final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wo
     void Leave(const grpc::Status& status);
 
     Coordinator* coordinator_;
+    const StreamLimit::Slot slot_;
     TimePoint opened_;
     std::shared_ptr<WorkSession> self_;  // until OnDone; posted tasks hold it, too
     v1::WorkRequest request_;

@@ -151,6 +151,7 @@ void BlobStore::Upload::Discard() {
 
 void BlobStore::Upload::Append(std::string_view bytes) {
     if (bytes.size() > size_ - offset_) {
+        Discard();
         ThrowInvalidArgument(
             fmt::format("blob {} has more than the {} bytes said", sha256_, size_));
     }

@@ -40,7 +40,7 @@ class BlobStore {
         Upload(const Upload&) = delete;
         Upload& operator=(const Upload&) = delete;
 
-        // The next bytes. More than the size said throws kInvalidArgument. A full disk throws
+        // The next bytes. More than the size said throws kInvalidArgument, a full disk
         // kResourceExhausted; what was there of the blob is removed then.
         void Append(std::string_view bytes);
         std::uint64_t offset() const { return offset_; }

@@ -10,6 +10,7 @@ import json
 import os
 import re
 import struct
+import subprocess
 import sys
 import zlib
 
@@ -320,6 +321,39 @@ def tza(shapes):
     return bytes(data) + table
 
 
+# --- messages: see read_messages.h ---------------------------------------------------------------
+
+def encode(kind, text):
+    """The bytes of a message of relume.v1, which `text` tells in protobuf's text format."""
+    file = "jobs" if kind == "JobSpec" else "types" if kind in ("SceneManifest", "RenderSettings") else "work"
+    return subprocess.run(["protoc", f"--proto_path={ROOT}/proto", f"--encode=relume.v1.{kind}",
+                           f"relume/v1/{file}.proto"], input=text.encode(), stdout=subprocess.PIPE, check=True).stdout
+
+
+def messages(folder):
+    scene = ('main: "scene.gltf" entries { path: "scene.gltf" size: 5 sha256: "' + "a" * 64 + '" } '
+             'entries { path: "maps/b.png" size: 7 sha256: "' + "b" * 64 + '" }')
+    settings = ('width: 48 height: 40 seed: 1 max_depth: 5 crop { x1: 9 y1: 9 } camera: "0" lens_radius: 0.1 '
+                'look { from { x: 1 } at { y: 2 } up { z: 1 } fov_degrees: 40 }')
+    spec = (f'scene {{ {scene} }} settings {{ width: 48 height: 40 }} sampler: "adaptive" filter: "none" spp: 8 '
+            'tile_size: 16 max_spp: 64 target: 0.01 owner: "x"')
+    rect = "rect { x0: 4 y0: 2 x1: 7 y1: 4 }"
+    lease = (f'id: 1 job: "jobs/a" {rect} ' + " ".join(f"first_sample: {i}" for i in range(6)) + " " +
+             " ".join(f"sample_count: {i}" for i in (4, 5, 0, 7, 64, 1)) + " epoch: 1 unit: 2")
+    planes = "\\000" * 800  # five pixels of 40 floats
+    result = f'lease_id: 1 job: "jobs/a" planes: "{planes}" rays: 7 seconds: 0.5 unit: 2'
+    for number, (kind, text) in enumerate([("SceneManifest", scene), ("RenderSettings", settings), ("Lease", lease),
+                                           ("LeaseResult", result), ("SampleChunk", 'lease_id: 1 data: "x"'),
+                                           ("JobSpec", spec)]):
+        write(folder, "codec", kind, bytes([number]) + encode(kind, text))
+    write(folder, "spec", "spec", encode("JobSpec", spec))
+    words = [encode("WorkRequest", text) for text in (
+        "report { credits: 3 leases_held: 1 }", 'scene_ready { job: "jobs/a" notes: "x" seconds: 1 }',
+        f"result {{ {result} }}", "lease_return { lease_ids: 1 lease_ids: 2 }",
+        'problem { job: "jobs/a" message: "x" transient: true }')]
+    write(folder, "work", "words", b"".join(struct.pack("<I", len(word)) + word for word in words))
+
+
 def main():
     folder, scenes = sys.argv[1], sys.argv[2]
     scenes = os.devnull if scenes == "-" else scenes
@@ -327,6 +361,7 @@ def main():
     meshes(folder, scenes)
     gltf_scenes(folder, scenes)
     pbrt_scenes(folder, scenes)
+    messages(folder)
     write(folder, "tza", "weights", tza({"a.weight": (2, 1, 3, 3), "a.bias": (2,)}))
     write(folder, "texts", "paths", "scene.gltf\ntextures/a%20b.png\n../x\na/./b/../c\n/x\nhttp://a/b\nC:\\x\n"
           "data:image/png;base64,iVBORw0KGgo=\ndata:,a%20b\nfile:///x\n")

@@ -17,6 +17,7 @@
 #include "core/scene/ply.h"
 #include "core/scene/uri.h"
 #include "server/denoise/network/tza.h"
+#include "tests/fuzz/read_messages.h"
 
 namespace relume::test {
 namespace {
@@ -197,8 +198,8 @@ void ReadWeights(std::string_view bytes) {
 }  // namespace
 
 const std::vector<std::string>& InputKinds() {
-    static const std::vector<std::string> kinds{"pbrt", "gltf",  "glb",   "obj",
-                                                "ply",  "image", "texts", "tza"};
+    static const std::vector<std::string> kinds{"pbrt",  "gltf", "glb",   "obj",  "ply", "image",
+                                                "texts", "tza",  "codec", "spec", "work"};
     return kinds;
 }
 
@@ -211,6 +212,8 @@ void ReadInput(const std::string& kind, std::string_view bytes) {
         ReadTexts(bytes);
     } else if (kind == "tza") {
         ReadWeights(bytes);
+    } else if (kind == "codec" || kind == "spec" || kind == "work") {
+        ReadMessages(kind, bytes);
     } else {
         ReadScene(kind, bytes);
     }

@@ -7,7 +7,8 @@
 namespace relume::test {
 
 // The kinds of input that come from elsewhere: "pbrt", "gltf", "glb", "obj", "ply", "image",
-// "texts" (manifest paths and URIs), "tza" (weights of networks).
+// "texts" (manifest paths and URIs), "tza" (weights of networks), and messages
+// (read_messages.h).
 const std::vector<std::string>& InputKinds();
 
 // Gives the bytes to all that reads such input. What is wrong with them must end in a

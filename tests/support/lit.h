@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "worker/render/bsdf/registry.h"
@@ -18,7 +19,8 @@ struct Lit {
         : materials(render::CompileMaterials(scene)),
           textures(&scene, std::vector<bool>(scene.textures.size(), true), {}),
           accel(scene, materials, textures),
-          lights(scene, materials, textures, &accel) {}
+          lights(scene, materials, textures,
+                 std::make_shared<const render::EnvironmentLight>(scene), &accel) {}
 };
 
 }  // namespace relume::test

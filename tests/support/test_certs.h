@@ -11,11 +11,14 @@
 
 namespace relume {
 
-// Certificates of a CA of their own, made by deploy/certs: server, worker, client and admin, each
-// in the subfolder of its name.
+// Certificates of a CA of their own, made by deploy/certs: server, worker, client, operator and
+// admin, each in the subfolder of its name, or the server's and `others`, "client=alice ...".
 class TestCerts {
   public:
-    TestCerts() { Run("'" RELUME_SOURCE_DIR "/deploy/certs' '" + folder_.path().string() + "'"); }
+    explicit TestCerts(const std::string& others = "") {
+        Run("'" RELUME_SOURCE_DIR "/deploy/certs' '" + folder_.path().string() + "' " +
+            (others.empty() ? "" : "server " + others));
+    }
 
     std::string Path(const std::string& subfolder, const std::string& file) const {
         return (folder_.path() / subfolder / file).string();

@@ -20,4 +20,11 @@ std::string BuildKey(const SceneManifest& manifest, const RenderSettings& settin
     return ManifestDigest(manifest) + codec::ToProto(build).SerializeAsString();
 }
 
+std::string FrameKey(const SceneManifest& manifest, RenderSettings settings) {
+    const RenderSettings same;
+    settings.time = same.time;
+    settings.shutter = same.shutter;
+    return BuildKey(manifest, settings);
+}
+
 }  // namespace relume::worker

@@ -1,6 +1,7 @@
 #include "worker/loop/job_scenes.h"
 
 #include <fmt/format.h>
+#include <malloc.h>
 
 #include <algorithm>
 #include <new>
@@ -8,7 +9,9 @@
 
 #include "core/base/error.h"
 #include "core/base/log.h"
+#include "core/base/resources.h"
 #include "proto/codec/codec.h"
+#include "worker/loop/crash_report.h"
 #include "worker/loop/manifest_source.h"
 
 namespace relume::worker {
@@ -26,6 +29,15 @@ auto FindFirst(List* list, const std::string& key) {
         list->splice(list->begin(), *list, it);
     }
     return it;
+}
+
+std::string NeedsMemory() {
+    const auto limit = DataLimit();
+    return limit ? fmt::format(
+                       "the scene needs more than the {:.3g} GB that this worker may take; "
+                       "give it more (--memory-limit), or a machine that has more",
+                       static_cast<double>(*limit) * 1e-9)
+                 : "the scene needs more memory than there is; render on a machine with more";
 }
 
 // Would another worker, or a later attempt, do better?
@@ -69,6 +81,7 @@ void JobScenes::Add(const std::string& job, const SceneManifest& manifest,
     entry.manifest = manifest;
     entry.settings = settings;
     entry.build_key = BuildKey(manifest, settings);
+    entry.frame_key = FrameKey(manifest, settings);
     entry.view_key = codec::ToProto(settings).SerializeAsString();
     jobs_.insert_or_assign(job, std::move(entry));
 }
@@ -143,16 +156,18 @@ void JobScenes::LoadThread() {
 
 void JobScenes::Load(const std::string& job, const Entry& entry, std::uint64_t generation) {
     const TimePoint begin = SteadyClock().Now();
-    std::shared_ptr<const LoadedScene> scene, built;
+    std::shared_ptr<const LoadedScene> scene, built, frame;
     {
         const std::lock_guard lock(mutex_);
         scene = Find(entry);
         built = scene ? nullptr : FindBuilt(entry);
+        frame = scene || built ? nullptr : FindFrame(entry);
     }
     std::string problem;
     bool transient = false;
     bool fetching = true;
     try {
+        const CrashScope crash_scope(job, 0);
         if (built && built->view) {
             fetching = false;
             scene = built->view(entry.settings);
@@ -160,14 +175,18 @@ void JobScenes::Load(const std::string& job, const Entry& entry, std::uint64_t g
             const ManifestSource files(entry.manifest, cache_, fetch_);
             files.FetchAll();
             fetching = false;
-            scene = loader_(files, entry.manifest, entry.settings);
+            if (frame && frame->frame) {
+                scene = frame->frame(files, entry.settings);
+            }
+            if (!scene) {
+                scene = LoadWithRoom(files, entry);
+            }
         }
     } catch (const Error& error) {
         problem = error.what();
         transient = IsTransient(error.code(), fetching);
     } catch (const std::bad_alloc&) {
-        problem = fmt::format("{}: not enough memory for the scene; give the worker more",
-                              entry.manifest.main);
+        problem = entry.manifest.main + ": " + NeedsMemory();
         transient = true;
     } catch (const std::exception& error) {
         problem = fmt::format("{}: {}", entry.manifest.main, error.what());
@@ -197,14 +216,42 @@ void JobScenes::Load(const std::string& job, const Entry& entry, std::uint64_t g
     }
 }
 
+std::shared_ptr<const LoadedScene> JobScenes::LoadWithRoom(const FileSource& files,
+                                                           const Entry& entry) {
+    try {
+        return loader_(files, entry.manifest, entry.settings);
+    } catch (const std::bad_alloc&) {
+        if (!DropKept()) {
+            throw;
+        }
+    } catch (const Error& error) {
+        if (error.code() != ErrorCode::kResourceExhausted || !DropKept()) {
+            throw;
+        }
+    }
+    return loader_(files, entry.manifest, entry.settings);
+}
+
+bool JobScenes::DropKept() {
+    decltype(kept_) dropped;
+    {
+        const std::lock_guard lock(mutex_);
+        dropped.swap(kept_);
+    }
+    const bool any = !dropped.empty();
+    dropped.clear();
+    malloc_trim(0);
+    return any;
+}
+
 void JobScenes::Keep(const Entry& entry, std::shared_ptr<const LoadedScene> scene) {
     if (FindFirst(&kept_, entry.build_key) == kept_.end()) {
-        kept_.emplace_front(entry.build_key, Views());
+        kept_.emplace_front(entry.build_key, Built{entry.frame_key, {}});
         if (kept_.size() > kKeptScenes) {
             kept_.pop_back();
         }
     }
-    Views& views = kept_.front().second;
+    Views& views = kept_.front().second.views;
     if (FindFirst(&views, entry.view_key) == views.end()) {
         views.emplace_front(entry.view_key, std::move(scene));
         if (views.size() > kKeptViews) {
@@ -218,15 +265,23 @@ std::shared_ptr<const LoadedScene> JobScenes::Find(const Entry& entry) {
     if (built == kept_.end()) {
         return nullptr;
     }
-    const auto view = FindFirst(&built->second, entry.view_key);
-    return view == built->second.end() ? nullptr : view->second;
+    Views& views = built->second.views;
+    const auto view = FindFirst(&views, entry.view_key);
+    return view == views.end() ? nullptr : view->second;
 }
 
 std::shared_ptr<const LoadedScene> JobScenes::FindBuilt(const Entry& entry) const {
     const auto built = std::find_if(kept_.begin(), kept_.end(), [&](const auto& kept) {
         return kept.first == entry.build_key;
     });
-    return built == kept_.end() ? nullptr : built->second.front().second;
+    return built == kept_.end() ? nullptr : built->second.views.front().second;
+}
+
+std::shared_ptr<const LoadedScene> JobScenes::FindFrame(const Entry& entry) const {
+    const auto built = std::find_if(kept_.begin(), kept_.end(), [&](const auto& kept) {
+        return kept.second.frame_key == entry.frame_key;
+    });
+    return built == kept_.end() ? nullptr : built->second.views.front().second;
 }
 
 }  // namespace relume::worker

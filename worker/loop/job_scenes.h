@@ -55,6 +55,7 @@ class JobScenes {
         SceneManifest manifest;
         RenderSettings settings;
         std::string build_key;  // see BuildKey
+        std::string frame_key;  // see FrameKey
         std::string view_key;   // of the settings: with both equal, scenes are equal
         bool wanted = false;
         bool announced = false;      // on_ready was called once
@@ -65,11 +66,17 @@ class JobScenes {
     void LoadThread();
     // Loads and reports; takes no lock while it loads.
     void Load(const std::string& job, const Entry& entry, std::uint64_t generation);
+    // By the loader; if memory is short, once more without the scenes that are kept.
+    std::shared_ptr<const LoadedScene> LoadWithRoom(const FileSource& files, const Entry& entry);
+    // False if there were none.
+    bool DropKept();
     void Keep(const Entry& entry, std::shared_ptr<const LoadedScene> scene);
     // The job's scene if it is kept; moves it to the front.
     std::shared_ptr<const LoadedScene> Find(const Entry& entry);
     // Any view of the job's scene.
     std::shared_ptr<const LoadedScene> FindBuilt(const Entry& entry) const;
+    // Any view of it at another time.
+    std::shared_ptr<const LoadedScene> FindFrame(const Entry& entry) const;
 
     BlobCache* cache_;
     BlobFetch fetch_;
@@ -81,7 +88,11 @@ class JobScenes {
     std::map<std::string, Entry> jobs_;
     // Views by their key, last used first.
     using Views = std::list<std::pair<std::string, std::shared_ptr<const LoadedScene>>>;
-    std::list<std::pair<std::string, Views>> kept_;  // by build key, last used first
+    struct Built {
+        std::string frame_key;
+        Views views;
+    };
+    std::list<std::pair<std::string, Built>> kept_;  // by build key, last used first
     std::uint64_t generation_ = 0;  // rises with ForgetJobs: loads begun before report to nobody
     bool busy_ = false;
     bool stop_ = false;

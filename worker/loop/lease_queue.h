@@ -25,6 +25,7 @@ struct HeldLease {
     std::uint32_t epoch = 0;
     std::uint64_t unit = 0;
     std::string ticket;
+    std::uint64_t task_digest = 0;  // codec::TaskDigest
     TileTask task;
     std::shared_ptr<const LoadedScene> scene;  // null until it is loaded
     std::shared_ptr<WorkStream> stream;  // whence it came and where its result goes; null in tests

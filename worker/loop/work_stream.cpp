@@ -81,7 +81,17 @@ void WorkStream::Advance(std::unique_lock<std::mutex> lock) {
     }
 }
 
+bool WorkStream::WaitUntilClosed(std::chrono::milliseconds limit) {
+    std::unique_lock lock(mutex_);
+    return closing_.wait_for(lock, limit, [this] { return closed_; });
+}
+
 void WorkStream::OnDone(const grpc::Status& status) {
+    {
+        const std::lock_guard lock(mutex_);
+        closed_ = true;
+        closing_.notify_all();
+    }
     // Whoever hears of the end may drop the channel. The last reference to one must not fall on a
     // thread of gRPC, which would wait for itself: so the stream, whose context holds one, is let
     // go before.

@@ -3,6 +3,8 @@
 #include <grpcpp/client_context.h>
 #include <grpcpp/support/client_callback.h>
 
+#include <chrono>
+#include <condition_variable>
 #include <deque>
 #include <functional>
 #include <memory>
@@ -33,6 +35,8 @@ class WorkStream final : public grpc::ClientBidiReactor<v1::WorkRequest, v1::Wor
     // Says goodbye after everything that waits has been sent.
     void Finish();
     void Cancel() { context_.TryCancel(); }
+    // False if it was still open when the time was up.
+    bool WaitUntilClosed(std::chrono::milliseconds limit);
 
     void OnReadDone(bool ok) override;
     void OnWriteDone(bool ok) override;
@@ -57,6 +61,8 @@ class WorkStream final : public grpc::ClientBidiReactor<v1::WorkRequest, v1::Wor
     bool finishing_ = false;  // half-close when the outbox is empty
     bool broken_ = false;     // nothing can be written any more
     bool ended_ = false;      // the hold is gone
+    bool closed_ = false;
+    std::condition_variable closing_;
 };
 
 }  // namespace relume::worker

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <grpcpp/create_channel.h>
+#include <pthread.h>
 
 #include <algorithm>
 #include <chrono>
@@ -14,6 +15,7 @@
 #include "core/trust/loopback.h"
 #include "proto/channel/credentials.h"
 #include "proto/codec/codec.h"
+#include "proto/codec/digests.h"
 #include "proto/codec/protocol.h"
 #include "proto/codec/status.h"
 #include "worker/loop/blob_fetch.h"
@@ -23,6 +25,7 @@ namespace {
 
 constexpr double kWelcomeSeconds = 10;
 constexpr double kGoodbyeSeconds = 0.5;
+constexpr std::chrono::milliseconds kLastWordsTime{900};
 constexpr double kTickSeconds = 0.1;  // between looks at the clock before the Welcome
 constexpr double kMinBackoffSeconds = 0.1, kMaxBackoffSeconds = 5;
 // Enough that a thread never waits for the wire, few enough that a pass ends evenly.
@@ -100,6 +103,26 @@ Worker::~Worker() {
 void Worker::Stop() {
     stopping_.Cancel();
     Post({Event::kStop, {}, {}});
+}
+
+void Worker::SayLastWords(const Crash& crash) {
+    std::shared_ptr<WorkStream> stream;
+    {
+        const std::lock_guard lock(mutex_);
+        stream = stream_;
+    }
+    if (!stream) {
+        return;
+    }
+    v1::WorkRequest message;
+    v1::JobProblem* problem = message.mutable_problem();
+    problem->set_job(crash.job);
+    problem->set_message(fmt::format("signal {}", crash.signal));
+    problem->set_transient(true);
+    problem->set_signal(crash.signal);
+    problem->set_lease_id(crash.lease);
+    stream->Send(std::move(message));
+    stream->WaitUntilClosed(kLastWordsTime);
 }
 
 void Worker::Post(Event event) {
@@ -218,6 +241,7 @@ grpc::Status Worker::Serve() {
     // answers may still be wanted.
     leases_.DropAll();
     scenes_->ForgetJobs();
+    context_digests_.clear();
     const std::lock_guard lock(mutex_);
     stream_.reset();
     answers_to_.reset();
@@ -232,6 +256,7 @@ void Worker::SayHello() {
     hello->mutable_numeric_class()->set_build(kBuild);
     hello->mutable_numeric_class()->set_isa(options_.isa);
     hello->set_threads(options_.threads);
+    hello->set_machine(options_.machine);
     Send(std::move(message));
 }
 
@@ -263,6 +288,7 @@ void Worker::Handle(const v1::WorkResponse& message) {
             break;
         case v1::WorkResponse::kJobOver:
             scenes_->Forget(message.job_over().job());
+            context_digests_.erase(message.job_over().job());
             ReturnLeases(leases_.DropJob(message.job_over().job()));
             break;
         case v1::WorkResponse::kAcknowledge: {
@@ -284,8 +310,10 @@ void Worker::HandleJob(const v1::JobContext& context) {
             ThrowInvalidArgument("the server asks for other channels than " + std::string(kBuild) +
                                  " makes; use workers and server of one version");
         }
-        scenes_->Add(context.job(), codec::FromProto(context.scene()),
-                     codec::FromProto(context.settings()));
+        const SceneManifest manifest = codec::FromProto(context.scene());
+        const RenderSettings settings = codec::FromProto(context.settings());
+        context_digests_[context.job()] = codec::ContextDigest(context.job(), manifest, settings);
+        scenes_->Add(context.job(), manifest, settings);
     } catch (const Error& error) {
         SendProblem(context.job(), error.what(), false);
     }
@@ -301,7 +329,8 @@ void Worker::HandleLease(const v1::Lease& lease) {
     try {
         held.task = codec::TaskFromLease(lease);
     } catch (const Error& error) {
-        SendProblem(lease.job(), error.what(), false);
+        // No server makes such a lease: it was damaged on its way, which is not the job's fault.
+        SendProblem(lease.job(), error.what(), true);
         ReturnLeases({lease.id()});
         return;
     }
@@ -309,6 +338,7 @@ void Worker::HandleLease(const v1::Lease& lease) {
         ReturnLeases({lease.id()});
         return;
     }
+    held.task_digest = codec::TaskDigest(context_digests_.at(lease.job()), lease.unit(), held.task);
     {
         const std::lock_guard lock(mutex_);
         held.stream = stream_;
@@ -339,10 +369,12 @@ void Worker::Drain() {
 }
 
 void Worker::RenderThread() {
+    pthread_setname_np(pthread_self(), "render");
     while (auto lease = leases_.Take()) {
         const LogScope scope({.job = lease->job, .lease = lease->id});
         v1::WorkRequest message;
         try {
+            const CrashScope crash_scope(lease->job, lease->id);
             const TileResult result = lease->scene->render(lease->task, *lease->cancel);
             if (!lease->cancel->cancelled()) {
                 std::uint64_t offset = 0;
@@ -362,6 +394,7 @@ void Worker::RenderThread() {
                 answer->set_seconds(result.seconds);
                 answer->set_epoch(lease->epoch);
                 answer->set_unit(lease->unit);
+                codec::SetDigests(lease->task_digest, result, answer);
                 if (!lease->task.keep_samples) {
                     answer->set_ticket(lease->ticket);
                 }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <deque>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -14,6 +15,7 @@
 #include "core/trust/tls_files.h"
 #include "relume/v1/work.grpc.pb.h"
 #include "worker/loop/blob_cache.h"
+#include "worker/loop/crash_report.h"
 #include "worker/loop/job_scenes.h"
 #include "worker/loop/kept_results.h"
 #include "worker/loop/lease_queue.h"
@@ -23,10 +25,11 @@
 namespace relume::worker {
 
 struct WorkerOptions {
-    std::string server;  // HOST:PORT
-    std::string name;    // what the server calls it, made unique there
-    int threads = 1;     // render threads
-    std::string isa;     // of the numeric class
+    std::string server;   // HOST:PORT
+    std::string name;     // what the server calls it, made unique there
+    int threads = 1;      // render threads
+    std::string isa;      // of the numeric class
+    std::string machine;  // MachineId
     std::filesystem::path cache_folder;
     std::uint64_t cache_bytes = std::uint64_t{8} << 30;
     TlsPems tls;
@@ -50,6 +53,10 @@ class Worker {
     // Thread-safe. Leases not begun go back, those running get kDrainSeconds to finish and then go
     // back, too.
     void Stop();
+
+    // The process dies: tells the server where, and waits until that has heard it, a little less
+    // than a second at most. Thread-safe.
+    void SayLastWords(const Crash& crash);
 
     // True while a scene is being loaded, which nothing can interrupt: the destructor waits for it.
     bool loading() const { return scenes_->busy(); }
@@ -101,6 +108,7 @@ class Worker {
     bool let_in_ = false;                   // by any stream
     bool draining_ = false;                 // no more leases wanted from it
     bool leaving_ = false;                  // for good
+    std::map<std::string, std::uint64_t> context_digests_;  // of the jobs that the stream told of
 
     std::mutex mutex_;  // guards all below
     std::condition_variable posted_;

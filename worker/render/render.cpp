@@ -10,13 +10,11 @@
 #include "core/base/error.h"
 #include "core/film/moments.h"
 #include "worker/render/accel/accel.h"
-#include "worker/render/bsdf/registry.h"
-#include "worker/render/bsdf/texture_packs.h"
 #include "worker/render/camera/ray_camera.h"
 #include "worker/render/floating_point_mode.h"
 #include "worker/render/integrator/path_tracer.h"
 #include "worker/render/light/light_set.h"
-#include "worker/render/texture/texture_set.h"
+#include "worker/render/look.h"
 
 namespace relume::render {
 namespace {
@@ -28,56 +26,23 @@ double ThreadSeconds() {
     return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
-// Materials of meshes that are there, and the parts of those that are mixes.
-std::vector<bool> UsedMaterials(const Scene& scene,
-                                const std::vector<CompiledMaterial>& materials) {
-    std::vector<bool> used(materials.size(), false);
-    const auto mark = [&](int material, const auto& again) -> void {
-        const auto i = static_cast<std::size_t>(material);
-        if (!used[i]) {
-            used[i] = true;
-            if (materials[i].model == Model::kMix) {
-                again(materials[i].mix_a, again);
-                again(materials[i].mix_b, again);
-            }
-        }
-    };
-    for (const Instance& instance : scene.instances) {
-        mark(scene.meshes[static_cast<std::size_t>(instance.mesh)].material, mark);
-    }
-    return used;
-}
-
-TextureSet MakeTextures(Scene* scene, std::vector<CompiledMaterial>* materials) {
-    const std::vector<bool> used = UsedMaterials(*scene, *materials);
-    std::vector<bool> read(scene->textures.size(), false);
-    for (std::size_t i = 0; i < used.size(); ++i) {
-        for (const TextureId id : (*materials)[i].Textures()) {
-            if (used[i] && id >= 0) {
-                read[static_cast<std::size_t>(id)] = true;
-            }
-        }
-    }
-    return TextureSet(scene, read, PlanTexturePacks(*scene, used, materials));
-}
-
 }  // namespace
 
 struct BuiltScene::Impl {
     Scene cameras;  // those and the name, nothing else
     Box3f bounds;
-    std::vector<CompiledMaterial> materials;
-    TextureSet textures;
+    std::shared_ptr<const Look> look;
     Accel accel;
     LightSet lights;
     std::vector<std::string> notes;
 
-    explicit Impl(Scene scene)
+    // `before`: of the same scene at another time, with this look.
+    Impl(Scene scene, Accel::Reuse reuse, std::shared_ptr<const Look> known, const Impl* before)
         : bounds(scene.Bounds()),
-          materials(CompileMaterials(scene)),
-          textures(MakeTextures(&scene, &materials)),
-          accel(scene, materials, textures),
-          lights(scene, materials, textures, &accel) {
+          look(known != nullptr ? std::move(known) : std::make_shared<const Look>(&scene)),
+          accel(scene, look->materials(), look->textures(), reuse,
+                before == nullptr ? nullptr : &before->accel),
+          lights(scene, look->materials(), look->textures(), look->environment(), &accel) {
         cameras.name = scene.name;
         cameras.cameras = scene.cameras;
         if (lights.repaired_environment_values() > 0) {
@@ -91,15 +56,28 @@ struct BuiltScene::Impl {
                 "than those that stand still");
         }
         notes.push_back(fmt::format("{}; {:.1f} MiB of textures; {} lights", accel.Describe(),
-                                    static_cast<double>(textures.bytes()) / (1 << 20),
+                                    static_cast<double>(look->textures().bytes()) / (1 << 20),
                                     lights.size()));
     }
 };
 
-BuiltScene::BuiltScene(Scene scene) {
+BuiltScene::BuiltScene(Scene scene, bool more_times) {
     CheckCpu();
     const FloatingPointMode mode;
-    impl_ = std::make_unique<Impl>(std::move(scene));
+    impl_ = std::make_unique<Impl>(std::move(scene),
+                                   more_times ? Accel::Reuse::kLater : Accel::Reuse::kNever,
+                                   nullptr, nullptr);
+}
+
+BuiltScene::BuiltScene(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+std::shared_ptr<const BuiltScene> BuiltScene::AtAnotherTime(Scene scene) const {
+    if (!impl_->look->Fits(scene)) {
+        return nullptr;
+    }
+    const FloatingPointMode mode;
+    return std::shared_ptr<const BuiltScene>(new BuiltScene(
+        std::make_unique<Impl>(std::move(scene), Accel::Reuse::kLater, impl_->look, impl_.get())));
 }
 
 BuiltScene::~BuiltScene() = default;
@@ -114,7 +92,8 @@ struct Renderer::Impl {
          const RenderSettings& settings)
         : scene(std::move(built)),
           camera(CompileCamera(ChooseCamera(s.cameras, s.bounds, settings, &notes), settings)),
-          tracer(s.accel, s.materials, s.textures, s.lights, camera, settings, s.bounds) {
+          tracer(s.accel, s.look->materials(), s.look->textures(), s.lights, camera, settings,
+                 s.bounds) {
         if (s.lights.black() && !settings.allow_black) {
             ThrowInvalidArgument(
                 "the scene has no light: add one, give --environment MAP.hdr, or --allow-black");

@@ -17,13 +17,22 @@ class BuiltScene {
   public:
     // Builds in parallel (core/base/parallel.h). Throws Error naming material or light if a type
     // or parameter is unknown. Move the scene in: its pictures are then freed one by one as they
-    // are converted, and memory never holds them twice.
-    explicit BuiltScene(Scene scene);
+    // are converted, and memory never holds them twice. `more_times`: AtAnotherTime will be asked
+    // for.
+    explicit BuiltScene(Scene scene, bool more_times = false);
     ~BuiltScene();
+
+    // The same scene at another time, loaded without the pixels of its pictures: what both have in
+    // common (materials, textures, environment, meshes that keep their shape, structures in which
+    // nothing has moved) is shared, and renders the same bits as if built anew. Null if it differs
+    // in more than where things are, or has a light with a picture: load it with its pictures and
+    // build it.
+    std::shared_ptr<const BuiltScene> AtAnotherTime(Scene scene) const;
 
   private:
     friend class Renderer;
     struct Impl;
+    explicit BuiltScene(std::unique_ptr<Impl> impl);
     std::unique_ptr<Impl> impl_;
 };
 

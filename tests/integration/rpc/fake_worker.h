@@ -10,7 +10,9 @@
 #include <thread>
 #include <vector>
 
+#include "core/film/aov.h"
 #include "proto/codec/codec.h"
+#include "proto/codec/digests.h"
 #include "proto/codec/protocol.h"
 #include "relume/v1/work.grpc.pb.h"
 #include "tests/unit/jobs/pseudo_renderer.h"
@@ -23,12 +25,14 @@ struct FakeWorkerOptions {
     std::uint32_t version = kProtocolVersion;
     std::string build = kBuild;
     std::uint32_t credits = 3;
-    int die_after = -1;    // results; then the connection breaks with leases in hand
-    int stall_after = -1;  // results; then no lease is answered any more
-    int wrong_until = 0;   // so many results are wrong
-    int short_until = 0;   // so many results come with a sample too few, of those that are kept
-    std::string problem;   // says this of every job instead of rendering
-    bool hold = false;     // takes leases and never answers
+    int die_after = -1;     // results; then the connection breaks with leases in hand
+    int stall_after = -1;   // results; then no lease is answered any more
+    int wrong_until = 0;    // so many results are wrong
+    int garbled_until = 0;  // so many results have a bit changed on the way
+    int misread_until = 0;  // so many leases are taken for their neighbours
+    int short_until = 0;    // so many results come with a sample too few, of those that are kept
+    std::string problem;    // says this of every job instead of rendering
+    bool hold = false;      // takes leases and never answers
 };
 
 // A worker that renders pseudo samples, one lease at a time, on a thread of its own.
@@ -80,8 +84,12 @@ class FakeWorker {
         report.mutable_report()->set_credits(options_.credits);
         stream->Write(report);
         v1::WorkResponse message;
+        v1::JobContext context;
         int results = 0;
         while (stream->Read(&message)) {
+            if (message.has_job()) {
+                context = message.job();
+            }
             if (message.has_job() && !options_.problem.empty()) {
                 v1::WorkRequest answer;
                 answer.mutable_problem()->set_job(message.job().job());
@@ -108,7 +116,18 @@ class FakeWorker {
                 if (message.lease().keep_samples()) {
                     stream->Write(Samples(message.lease(), results < options_.short_until));
                 }
-                stream->Write(Render(message.lease(), results < options_.wrong_until));
+                v1::Lease lease = message.lease();
+                if (results < options_.misread_until) {
+                    lease.set_first_sample(0, lease.first_sample(0) ^ 2);
+                }
+                v1::WorkRequest answer = Render(context, lease, results < options_.wrong_until);
+                if (results < options_.garbled_until) {
+                    // The lowest bit of a mean: a result like any other.
+                    std::string* planes = answer.mutable_result()->mutable_planes();
+                    char& byte = (*planes)[kMeanA * planes->size() / kFilmChannelCount];
+                    byte = static_cast<char>(byte ^ 1);
+                }
+                stream->Write(answer);
                 ++results;
             } else if (message.has_revoke()) {
                 revoked_ += message.revoke().lease_ids_size();
@@ -129,8 +148,11 @@ class FakeWorker {
     }
 
   public:
-    static v1::WorkRequest Render(const v1::Lease& lease, bool wrong) {
-        TileResult tile = PseudoRender(codec::TaskFromLease(lease));
+    // `context`: of the lease's job.
+    static v1::WorkRequest Render(const v1::JobContext& context, const v1::Lease& lease,
+                                  bool wrong) {
+        const TileTask task = codec::TaskFromLease(lease);
+        TileResult tile = PseudoRender(task);
         if (wrong) {
             tile.planes[0] += 1;
         }
@@ -143,6 +165,12 @@ class FakeWorker {
         result->set_seconds(tile.seconds);
         result->set_epoch(lease.epoch());
         result->set_unit(lease.unit());
+        if (lease.keep_samples()) {
+            tile.samples = PseudoRecords(task);
+        }
+        const std::uint64_t digest = codec::ContextDigest(
+            context.job(), codec::FromProto(context.scene()), codec::FromProto(context.settings()));
+        codec::SetDigests(codec::TaskDigest(digest, lease.unit(), task), tile, result);
         if (!lease.keep_samples()) {
             result->set_ticket(lease.ticket());
         }
@@ -150,8 +178,7 @@ class FakeWorker {
     }
 
   private:
-    static v1::WorkRequest Samples(const v1::Lease& lease, bool one_less) {
-        const TileTask task = codec::TaskFromLease(lease);
+    static std::vector<SampleRecord> PseudoRecords(const TileTask& task) {
         std::vector<SampleRecord> records;
         for (std::uint32_t i = 0; i < task.count.size(); ++i) {
             const auto at = static_cast<int>(i);
@@ -162,6 +189,10 @@ class FakeWorker {
                 records.push_back(IsFinite(sample.radiance) ? SampleRecord{} : SampleRecord::Bad());
             }
         }
+        return records;
+    }
+    static v1::WorkRequest Samples(const v1::Lease& lease, bool one_less) {
+        const std::vector<SampleRecord> records = PseudoRecords(codec::TaskFromLease(lease));
         v1::WorkRequest message;
         message.mutable_samples()->set_lease_id(lease.id());
         message.mutable_samples()->set_data(

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "tests/integration/rpc/farm_fixture.h"
+#include "tests/integration/rpc/hand.h"
 #include "tests/support/failing_disk.h"
 
 namespace relume::server {
@@ -200,6 +201,29 @@ TEST_F(RestartTest, ASlowDiskHoldsUpTheCopyAndNothingElse) {
     EXPECT_EQ(WaitForEnd(job.name()).image_sha256(), expected.image_sha256());
 }
 
+TEST_F(RestartTest, AServerThatIsStoppedSavesWhatItHas) {
+    const v1::Job expected = Undisturbed(Spec());
+    Restart(Saving(1000));
+    FakeWorkerOptions stalls;
+    stalls.stall_after = 7;
+    auto worker = StartWorker(stalls);
+    const std::string name = MustCreate(Spec()).name();
+    worker->WaitForLeases(8);
+    const v1::Job before = WaitUntil(name, [](const v1::Job& j) {
+        return j.samples_done() > 0 && j.workers_size() == 1 && j.workers(0).leases() == 7;
+    });
+    EXPECT_EQ(before.save_seconds(), 0);
+    Restart(Saving(1000));
+    worker.reset();
+    EXPECT_EQ(GetJob(name).samples_done(), before.samples_done());
+    const auto fresh = StartWorker();
+    const v1::Job done = WaitForEnd(name);
+    EXPECT_EQ(done.image_sha256(), expected.image_sha256());
+    EXPECT_THAT(done.ledger().problem(), IsEmpty());
+    // Nothing that was merged is rendered again.
+    EXPECT_EQ(static_cast<std::uint64_t>(fresh->leases()) + 7, done.ledger().ranges());
+}
+
 TEST_F(RestartTest, ADamagedFilmIsPassedOverForTheOneBefore) {
     v1::JobSpec spec = Spec();
     spec.set_spp(16);
@@ -236,56 +260,20 @@ TEST_F(RestartTest, WithoutAFilmAJobBeginsAnew) {
     EXPECT_EQ(WaitForEnd(job.name()).image_sha256(), expected.image_sha256());
 }
 
-// A worker's end of a stream by hand.
-class Hand {
-  public:
-    explicit Hand(v1::WorkerService::Stub* stub) : stream_(stub->Work(&context_)) {
-        v1::WorkRequest hello;
-        hello.mutable_hello()->set_name("hand");
-        hello.mutable_hello()->set_protocol_version(kProtocolVersion);
-        hello.mutable_hello()->mutable_numeric_class()->set_build(kBuild);
-        hello.mutable_hello()->mutable_numeric_class()->set_isa("avx2");
-        hello.mutable_hello()->set_threads(1);
-        stream_->Write(hello);
-    }
-    ~Hand() {
-        context_.TryCancel();
-        stream_->Finish();
-    }
-    void Want(std::uint32_t leases) {
-        v1::WorkRequest report;
-        report.mutable_report()->set_credits(leases);
-        stream_->Write(report);
-    }
-    v1::Lease TakeLease() {
-        v1::WorkResponse message;
-        while (stream_->Read(&message)) {
-            if (message.has_lease()) {
-                return message.lease();
-            }
-        }
-        return {};
-    }
-    void Send(const v1::WorkRequest& message) { stream_->Write(message); }
-
-  private:
-    grpc::ClientContext context_;
-    std::unique_ptr<grpc::ClientReaderWriter<v1::WorkRequest, v1::WorkResponse>> stream_;
-};
-
 TEST_F(RestartTest, AnAnswerToALeaseOfTheServerBeforeIsTaken) {
     Restart(Saving());
     const v1::Job job = MustCreate(Spec());
     v1::WorkRequest answer;
     {
-        Hand hand(work.get());
+        WorkerHand hand(work.get());
         hand.Want(1);
-        answer = FakeWorker::Render(hand.TakeLease(), false);
+        const v1::Lease lease = hand.TakeLease();
+        answer = FakeWorker::Render(hand.context, lease, false);
     }
     Restart(Saving());
-    Hand hand(work.get());
+    WorkerHand hand(work.get());
     // Somebody has to ask for leases: the job begins anew with its first pass.
-    Hand other(work.get());
+    WorkerHand other(work.get());
     other.Want(1);
     EXPECT_EQ(other.TakeLease().ticket(), answer.result().ticket());
     hand.Send(answer);
@@ -303,9 +291,10 @@ TEST_F(RestartTest, AnAnswerToALeaseOfTheServerBeforeIsTaken) {
 
 TEST_F(RestartTest, AnAnswerThatNobodyEverAskedForIsDropped) {
     const v1::Job job = MustCreate(Spec());
-    Hand hand(work.get());
+    WorkerHand hand(work.get());
     hand.Want(2);
-    v1::WorkRequest forged = FakeWorker::Render(hand.TakeLease(), false);
+    const v1::Lease first = hand.TakeLease();
+    v1::WorkRequest forged = FakeWorker::Render(hand.context, first, false);
     const v1::Lease second = hand.TakeLease();
     forged.mutable_result()->set_lease_id(1000);
     forged.mutable_result()->set_unit(second.unit());  // with the ticket of the first

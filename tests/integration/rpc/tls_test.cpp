@@ -1,15 +1,23 @@
 // Who is let in: a server with TLS, with certificates of roles, and with a join token.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <google/protobuf/descriptor.h>
 #include <grpcpp/create_channel.h>
 #include <grpcpp/generic/generic_stub.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
+#include <atomic>
 #include <chrono>
 #include <csignal>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <set>
+#include <thread>
 
+#include "client/lib/client.h"
 #include "core/base/error.h"
 #include "core/trust/join_token.h"
 #include "core/trust/tls_probe.h"
@@ -29,6 +37,48 @@ using testing::HasSubstr;
 
 const std::string kToken = "0123456789abcdef";
 
+// A port of 127.0.0.1 at which every connection is closed as soon as it is there, as by a proxy
+// whose server is down.
+class ClosedDoor {
+  public:
+    explicit ClosedDoor(int port = 0) : listener_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+        const int yes = 1;
+        setsockopt(listener_, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+        sockaddr_in at{};
+        at.sin_family = AF_INET;
+        at.sin_port = htons(static_cast<std::uint16_t>(port));
+        at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+        socklen_t size = sizeof at;
+        if (bind(listener_, reinterpret_cast<sockaddr*>(&at), size) != 0 ||
+            listen(listener_, 16) != 0 ||
+            getsockname(listener_, reinterpret_cast<sockaddr*>(&at), &size) != 0) {
+            ADD_FAILURE() << "no port can be listened at";
+        }
+        port_ = ntohs(at.sin_port);
+        thread_ = std::thread([this] {
+            for (int fd; (fd = accept(listener_, nullptr, nullptr)) >= 0;) {
+                ++seen_;
+                close(fd);
+            }
+        });
+    }
+    ~ClosedDoor() {
+        shutdown(listener_, SHUT_RDWR);
+        thread_.join();
+        close(listener_);
+    }
+    ClosedDoor(const ClosedDoor&) = delete;
+    ClosedDoor& operator=(const ClosedDoor&) = delete;
+
+    int port() const { return port_; }
+    int seen() const { return seen_; }  // connections so far
+
+  private:
+    int listener_, port_ = 0;
+    std::atomic<int> seen_ = 0;
+    std::thread thread_;
+};
+
 class TlsTest : public testing::Test {
   protected:
     static void SetUpTestSuite() {
@@ -45,10 +95,13 @@ class TlsTest : public testing::Test {
     }
 
     void Start(const TlsPems& tls, const std::string& token = "",
-               const std::string& host = "127.0.0.1") {
+               const std::string& host = "127.0.0.1", int port = 0) {
         ServerOptions options;
         options.listen.host = host;
+        options.listen.port = port;
         options.tls = tls;
+        options.tls_files = files;
+        options.tls_refresh_seconds = 1;
         options.join_token = token;
         options.coordinator.data = folder.path();
         server = std::make_unique<Server>(options);
@@ -97,6 +150,7 @@ class TlsTest : public testing::Test {
     }
 
     static TestCerts *certs, *foreign;
+    TlsFiles files;  // of the next server, if it is to look at them again
     TemporaryFolder folder;
     std::unique_ptr<Server> server;
     std::string address;
@@ -185,6 +239,74 @@ TEST_F(TlsTest, AServerThatCantBeBelievedIsRefusedAndToldWhy) {
     Start({});
     EXPECT_THAT(Explain(certs->Pems("client")), HasSubstr("does not speak TLS"));
     EXPECT_EQ(ProbeTls(address, {}), "");
+}
+
+TEST_F(TlsTest, RenewedFilesCountForNewConnections) {
+    const TemporaryFolder live;
+    const auto renew = [&](const TestCerts& from) {
+        for (const char* file : {"cert.pem", "key.pem", "ca.pem"}) {
+            std::filesystem::copy_file(from.Path("server", file), live.path() / file,
+                                       std::filesystem::copy_options::overwrite_existing);
+        }
+    };
+    renew(*certs);
+    files = {live.path() / "cert.pem", live.path() / "key.pem", live.path() / "ca.pem"};
+    Start(certs->Pems("server"));
+    const std::string list = "/relume.v1.JobService/ListJobs";
+    EXPECT_TRUE(Call(certs->Pems("client"), list).ok());
+    EXPECT_EQ(Call(certs->Pems("worker"), list).error_code(), grpc::StatusCode::PERMISSION_DENIED);
+    EXPECT_EQ(Call(foreign->Pems("client"), list).error_code(), grpc::StatusCode::UNAVAILABLE);
+    EXPECT_EQ(Call({"", "", certs->Pems("client").ca}, list).error_code(),
+              grpc::StatusCode::UNAVAILABLE);
+    renew(*foreign);
+    bool renewed = false;
+    for (int i = 0; i < 300 && !renewed; ++i) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+        renewed = Call(foreign->Pems("client"), list).ok();
+    }
+    EXPECT_TRUE(renewed);
+    EXPECT_EQ(Call(certs->Pems("client"), list).error_code(), grpc::StatusCode::UNAVAILABLE);
+}
+
+TEST_F(TlsTest, AProxyWithoutAServerSaysNothingOfTls) {
+    const ClosedDoor door;
+    const std::string there = fmt::format("127.0.0.1:{}", door.port());
+    EXPECT_EQ(ProbeTls(there, certs->Pems("client")), "");
+    EXPECT_EQ(ProbeTls(there, {}), "");
+    EXPECT_EQ(door.seen(), 2);
+}
+
+TEST_F(TlsTest, AClientFindsTheServerAgainThatWasDown) {
+    auto door = std::make_unique<ClosedDoor>();
+    const int port = door->port();
+    const auto turn = [&](bool down) {
+        if (down) {
+            server.reset();
+            door = std::make_unique<ClosedDoor>(port);
+        } else {
+            door.reset();
+            Start(certs->Pems("server"), "", "127.0.0.1", port);
+        }
+    };
+    turn(false);
+    client::Client client({address, certs->Pems("client")});
+    EXPECT_TRUE(client.List(1).empty());
+    turn(true);
+    std::thread patient([&] {
+        try {
+            client.Get("none");
+            ADD_FAILURE() << "there is no such job";
+        } catch (const Error& error) {
+            EXPECT_EQ(error.code(), ErrorCode::kNotFound) << error.what();
+        }
+    });
+    const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    while (door->seen() < 3 && std::chrono::steady_clock::now() < give_up) {
+        std::this_thread::yield();
+    }
+    EXPECT_GE(door->seen(), 3);
+    turn(false);
+    patient.join();
 }
 
 TEST_F(TlsTest, WithoutACaEverybodyIsLetInEncrypted) {

@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
+#include <cstring>
 
 #include "tests/integration/rpc/farm_fixture.h"
 
@@ -102,6 +103,36 @@ TEST_F(WorkServiceTest, AWrongResultIsNotTakenAndItsWorkerNamed) {
     EXPECT_EQ(done.leases_reissued(), 1u);
 }
 
+TEST_F(WorkServiceTest, AResultThatChangedOnTheWayIsNotTaken) {
+    std::string digest;
+    {
+        const auto worker = StartWorker();
+        digest = Digest(Spec());
+    }
+    const v1::Job job = MustCreate(Spec());
+    const auto garbled = StartWorker({.name = "garbled", .garbled_until = 2});
+    const v1::Job done = WaitForEnd(job.name());
+    EXPECT_EQ(done.image_sha256(), digest);
+    EXPECT_THAT(done.notes(), Contains(testing::AllOf(HasSubstr("worker garbled: wrong result"),
+                                                      HasSubstr("checksum of its contents"))));
+    EXPECT_GE(done.leases_reissued(), 2u);
+}
+
+TEST_F(WorkServiceTest, AnAnswerToALeaseThatChangedOnTheWayIsNotTaken) {
+    std::string digest;
+    {
+        const auto worker = StartWorker();
+        digest = Digest(Spec());
+    }
+    const v1::Job job = MustCreate(Spec());
+    const auto misreads = StartWorker({.name = "misreads", .misread_until = 2});
+    const v1::Job done = WaitForEnd(job.name());
+    EXPECT_EQ(done.image_sha256(), digest);
+    EXPECT_THAT(done.notes(), Contains(testing::AllOf(HasSubstr("worker misreads: wrong result"),
+                                                      HasSubstr("checksum of its task"))));
+    EXPECT_GE(done.leases_reissued(), 2u);
+}
+
 TEST_F(WorkServiceTest, AResultWithoutAllSamplesIsNotTakenAndItsWorkerNamed) {
     v1::JobSpec spec = Spec();
     spec.set_filter("rpf:neighbours=64");
@@ -174,12 +205,19 @@ TEST_F(WorkServiceTest, AnyAnswerToALeaseThatIsNotItsAnswerDoesNoHarm) {
     message.mutable_report()->set_credits(~0u);
     stream->Write(message);
     v1::WorkResponse response;
+    v1::JobContext context_sent;
     while (stream->Read(&response) && !response.has_lease()) {
+        if (response.has_job()) {
+            context_sent = response.job();
+        }
     }
     const v1::Lease lease = response.lease();
+    const TileTask task = codec::TaskFromLease(lease);
+    const std::uint64_t task_digest =
+        FakeWorker::Render(context_sent, lease, false).result().task_digest();
     std::uint64_t random = 1;
     const auto next = [&] { return random = Mix(random); };
-    const std::string right = codec::EncodePlanes(PseudoRender(codec::TaskFromLease(lease)));
+    const std::string right = codec::EncodePlanes(PseudoRender(task));
     for (int i = 0; i < 300; ++i) {
         v1::LeaseResult* result = message.mutable_result();
         // Mostly of this lease, so that it is refused until the job gives it up to nobody.
@@ -205,6 +243,15 @@ TEST_F(WorkServiceTest, AnyAnswerToALeaseThatIsNotItsAnswerDoesNoHarm) {
         result->set_rays(next());
         const double seconds[] = {-1, 0, 1e300, NAN, INFINITY};
         result->set_seconds(seconds[next() % 5]);
+        // Mostly with checksums that are right.
+        if (next() % 8 != 0) {
+            TileResult read;
+            read.planes.resize(planes.size() / sizeof(float));
+            std::memcpy(read.planes.data(), planes.data(), read.planes.size() * sizeof(float));
+            read.rays = result->rays();
+            read.seconds = result->seconds();
+            codec::SetDigests(task_digest, read, result);
+        }
         stream->Write(message);
     }
     message.mutable_result()->set_planes(std::string(5 << 20, 'x'));

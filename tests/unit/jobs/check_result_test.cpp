@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "core/base/error.h"
+#include "core/film/aov.h"
 #include "tests/unit/jobs/pseudo_renderer.h"
 
 namespace relume::jobs {
@@ -49,8 +51,39 @@ TEST(CheckResult, RefusesValuesThatAreNone) {
     result.planes[(kM2A + 1) * result.pixels.size()] = -1e-3f;
     ExpectRefused(Task(), result, "m2_a.G");
     result = PseudoRender(Task());
-    result.seconds = NAN;
-    ExpectRefused(Task(), result, "time");
+    for (const double seconds :
+         {static_cast<double>(NAN), static_cast<double>(INFINITY), -1e-9, 1e300}) {
+        result = PseudoRender(Task());
+        result.seconds = seconds;
+        ExpectRefused(Task(), result, "says that it took");
+    }
+    result = PseudoRender(Task());
+    result.rays = ~std::uint64_t{0};
+    ExpectRefused(Task(), result, "says that it traced");
+}
+
+TEST(CheckResult, RefusesAValueThatIsNoneWhereverItIs) {
+    TileTask task{{0, 0, 33, 32}, {}, {}};
+    task.first.assign(task.rect.area(), 0);
+    task.count.assign(task.rect.area(), 2);
+    TileResult result = PseudoRender(task);
+    const std::size_t n = result.pixels.size();
+    for (std::size_t channel = 0; channel < kFilmChannelCount; ++channel) {
+        for (const std::size_t k : {std::size_t{0}, n / 2, n - 1}) {
+            float& value = result.planes[channel * n + k];
+            const float was = value;
+            for (const float bad : {NAN, INFINITY, -INFINITY}) {
+                value = bad;
+                ExpectRefused(task, result, FilmChannelNames()[channel]);
+            }
+            value = was;
+        }
+    }
+    EXPECT_NO_THROW(CheckResult(task, result));
+    result.planes[kMeanA * n] = std::numeric_limits<float>::lowest();
+    result.planes[kM2B * n] = std::numeric_limits<float>::max();
+    result.planes[kMaxLuminance * n] = -0.0f;
+    EXPECT_NO_THROW(CheckResult(task, result));
 }
 
 TEST(CheckResult, RefusesSamplesThatAreNotTheLeases) {

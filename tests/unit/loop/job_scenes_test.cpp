@@ -158,6 +158,49 @@ TEST_F(JobScenesTest, ASecondJobOnAScenesBuildsNothing) {
     EXPECT_EQ(views, 9);
 }
 
+// Another time of a scene that is kept is made of that; what can't be is loaded.
+TEST_F(JobScenesTest, FramesOfASceneShareWhatIsLoaded) {
+    std::atomic<int> frames{0};
+    bool can = true;
+    auto scenes = Make([&](const FileSource&, const SceneManifest&, const RenderSettings&) {
+        ++loads;
+        auto scene = std::make_shared<LoadedScene>();
+        scene->frame = [&](const FileSource& files, const RenderSettings& at) {
+            EXPECT_EQ(files.Read("scene.gltf"), "one");
+            ++frames;
+            auto frame = can ? std::make_shared<LoadedScene>() : nullptr;
+            if (frame) {
+                frame->notes.push_back(std::to_string(at.time));
+            }
+            return frame;
+        };
+        return scene;
+    });
+    const auto load = [&](const std::string& job, const std::string& contents, float time) {
+        RenderSettings at = settings;
+        at.time = time;
+        scenes.Add(job, Scene(contents), at);
+        scenes.Want(job);
+        return Next().scene;
+    };
+    const auto first = load("jobs/a", "one", 0.5f);
+    EXPECT_EQ(frames, 0);
+    const auto second = load("jobs/b", "one", 0.75f);
+    EXPECT_EQ(second->notes.at(0), std::to_string(0.75f));
+    EXPECT_NE(second, first);
+    EXPECT_EQ(load("jobs/c", "one", 0.5f), first);
+    EXPECT_EQ(loads, 1);
+    EXPECT_EQ(frames, 1);
+    // Another scene has nothing in common with it.
+    load("jobs/d", "two", 1);
+    EXPECT_EQ(loads, 2);
+    EXPECT_EQ(frames, 1);
+    can = false;
+    load("jobs/e", "one", 1.25f);
+    EXPECT_EQ(loads, 3);
+    EXPECT_EQ(frames, 2);
+}
+
 TEST_F(JobScenesTest, AReconnectKeepsTheScenesAndForgetsTheJobs) {
     auto scenes = Make();
     scenes.Add("jobs/a", Scene("one"), settings);
@@ -207,6 +250,29 @@ TEST_F(JobScenesTest, WhatAnotherWorkerMayDoBetterIsTransient) {
     call = Next();
     EXPECT_TRUE(call.transient);
     EXPECT_EQ(call.message, "disk full");
+}
+
+TEST_F(JobScenesTest, AKeptSceneMakesRoomForOneThatNeedsItsMemory) {
+    std::weak_ptr<const LoadedScene> kept;
+    int attempts = 0;
+    auto scenes = Make([&](const FileSource&, const SceneManifest&,
+                           const RenderSettings&) -> std::shared_ptr<const LoadedScene> {
+        ++attempts;
+        if (!kept.expired()) {
+            throw std::bad_alloc();
+        }
+        auto scene = std::make_shared<LoadedScene>();
+        kept = scene;
+        return scene;
+    });
+    scenes.Add("jobs/a", Scene("one"), settings);
+    scenes.Want("jobs/a");
+    EXPECT_TRUE(Next().ready);
+    scenes.Forget("jobs/a");
+    scenes.Add("jobs/b", Scene("two"), settings);
+    scenes.Want("jobs/b");
+    EXPECT_TRUE(Next().ready);
+    EXPECT_EQ(attempts, 3);
 }
 
 TEST_F(JobScenesTest, ATransferThatBreaksIsTransientAMissingFileIsNot) {

@@ -10,6 +10,7 @@
 #include "core/base/error.h"
 #include "core/base/files.h"
 #include "core/film/aov.h"
+#include "proto/codec/digests.h"
 #include "proto/codec/protocol.h"
 #include "tests/unit/jobs/pseudo_renderer.h"
 #include "tests/unit/loop/fake_server.h"
@@ -70,14 +71,19 @@ class WorkerTest : public testing::Test {
         }
     }
 
+    static SceneManifest Manifest(const std::string& contents) {
+        return {"scene.gltf", {{"scene.gltf", contents.size(), Sha256Hex(contents)}}};
+    }
+    static RenderSettings Settings() {
+        RenderSettings settings;
+        settings.width = settings.height = 64;
+        return settings;
+    }
     void SendJob(const std::string& job = "jobs/a", const std::string& contents = "a scene") {
         v1::WorkResponse message;
         message.mutable_job()->set_job(job);
-        *message.mutable_job()->mutable_scene() = codec::ToProto(
-            SceneManifest{"scene.gltf", {{"scene.gltf", contents.size(), Sha256Hex(contents)}}});
-        RenderSettings settings;
-        settings.width = settings.height = 64;
-        *message.mutable_job()->mutable_settings() = codec::ToProto(settings);
+        *message.mutable_job()->mutable_scene() = codec::ToProto(Manifest(contents));
+        *message.mutable_job()->mutable_settings() = codec::ToProto(Settings());
         message.mutable_job()->mutable_channels()->Add(FilmChannelNames().begin(),
                                                        FilmChannelNames().end());
         server.Send(message);
@@ -154,7 +160,14 @@ TEST_F(WorkerTest, FetchesTheSceneAndAnswersLeases) {
     EXPECT_EQ(answer.result().job(), "jobs/a");
     EXPECT_EQ(answer.result().epoch(), 3u);
     EXPECT_EQ(answer.result().rays(), 3 * task.TotalSamples());
-    EXPECT_EQ(answer.result().planes(), codec::EncodePlanes(PseudoRender(task)));
+    const TileResult rendered = PseudoRender(task);
+    EXPECT_EQ(answer.result().planes(), codec::EncodePlanes(rendered));
+    // What it understood, and what it computed.
+    v1::LeaseResult due;
+    const std::uint64_t context = codec::ContextDigest("jobs/a", Manifest("a scene"), Settings());
+    codec::SetDigests(codec::TaskDigest(context, 0, task), rendered, &due);
+    EXPECT_EQ(answer.result().task_digest(), due.task_digest());
+    EXPECT_EQ(answer.result().checksum(), due.checksum());
     // The scene stays: the next lease is answered at once.
     SendLease(12);
     EXPECT_EQ(server.Next().result().lease_id(), 12u);
@@ -200,7 +213,8 @@ TEST_F(WorkerTest, WhatMakesNoSenseIsAnsweredAndTheWorkerLives) {
     message.mutable_lease()->mutable_rect()->set_x1(1 << 30);
     message.mutable_lease()->mutable_rect()->set_y1(1 << 30);
     server.Send(message);
-    EXPECT_TRUE(server.Next().has_problem());
+    // Not the job's fault: it was damaged on its way.
+    EXPECT_TRUE(server.Next().problem().transient());
     EXPECT_THAT(TakeReturned(1), UnorderedElementsAre(2));
     message.Clear();
     message.mutable_job()->set_job("jobs/b");  // without a scene, size or channels

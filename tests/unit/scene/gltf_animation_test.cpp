@@ -84,6 +84,49 @@ TEST(GltfAnimation, RotationGoesTheShorterWayAtEvenSpeed) {
     ExpectNear(scene.instances[0].to_world.Point({1, 0, 0}), {std::cos(angle), std::sin(angle), 0});
 }
 
+TEST(GltfAnimation, RotationBySplineIsNormalised) {
+    // From the identity to a turn about z whose quaternions are (0, 0, z, w); slopes in z alone. By
+    // the formula of appendix C.5 at a quarter of 2 seconds, then unit length (section 3.11).
+    const float z1 = 0.6f, w1 = 0.8f, out0 = 0.3f, in1 = -0.1f, t = 0.25f, length = 2;
+    GltfFile file = TriangleFile();
+    Animate(&file, "rotation", {0, length},
+            {0, 0, 0, 0, 0, 0, 0, 1, 0, 0, out0, 0, 0, 0, in1, 0, 0, 0, z1, w1, 0, 0, 0, 0},
+            "CUBICSPLINE");
+    const float t2 = t * t, t3 = t2 * t;
+    const float z =
+        length * (t3 - 2 * t2 + t) * out0 + (-2 * t3 + 3 * t2) * z1 + length * (t3 - t2) * in1;
+    const float w = (2 * t3 - 3 * t2 + 1) + (-2 * t3 + 3 * t2) * w1;
+    const float angle = 2 * std::atan2(z, w);
+    ExpectNear(At(file, t * length).instances[0].to_world.Point({1, 0, 0}),
+               {std::cos(angle), std::sin(angle), 0});
+}
+
+TEST(GltfTimes, GiveTheSceneThatLoadingAgainGives) {
+    GltfFile file = TriangleFile();
+    Animate(&file, "translation", {0, 2}, {0, 0, 0, 4, 0, 0});
+    file.json["extensionsUsed"] = {"ACME_unheard_of"};
+    LoadOptions options;
+    options.time = 0.25f;
+    std::shared_ptr<const SceneTimes> times;
+    options.times = &times;
+    Load(file.Files(), options);
+    ASSERT_NE(times, nullptr);
+    for (const auto& [time, shutter] : {std::pair(0.0f, 0.0f), {1.5f, 0.0f}, {0.5f, 0.25f}}) {
+        const Scene a = times->At(time, shutter), b = At(file, time, shutter);
+        ExpectNear(Origin(a), {2 * time, 0, 0});
+        EXPECT_EQ(a.instances[0].to_world, b.instances[0].to_world);
+        EXPECT_EQ(a.instances[0].motion, b.instances[0].motion);
+        EXPECT_EQ(a.meshes[0].positions, b.meshes[0].positions);
+        EXPECT_EQ(a.name, b.name);
+        EXPECT_EQ(a.notes, b.notes);
+        EXPECT_EQ(a.notes.size(), 1u);
+        EXPECT_EQ(a.hints.animation_seconds, 2);
+    }
+    // Nothing is kept of what has one time only.
+    Load(TriangleFile().Files(), options);
+    EXPECT_EQ(times, nullptr);
+}
+
 TEST(GltfAnimation, ScaleOfZeroHidesInsteadOfFailing) {
     GltfFile file = TriangleFile();
     Animate(&file, "scale", {0, 1}, {0, 0, 0, 1, 1, 1}, "STEP");

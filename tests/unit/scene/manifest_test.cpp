@@ -51,6 +51,19 @@ TEST(Manifest, PathsThatAreSafe) {
     EXPECT_FALSE(IsSafeRelativePath(std::string(2000, 'a')));
 }
 
+// Else this one file would have the digest of two files, and a worker would take its scene for
+// theirs, which it keeps.
+TEST(Manifest, APathCantPretendToBeSeveralFiles) {
+    const SceneManifest two = TwoFiles();
+    SceneManifest one = two;
+    one.entries = {{"a.gltf\n" + Digest("a") + "\nmaps/b.png", 7, Digest("b")}};
+    one.main = "a.gltf";
+    ASSERT_EQ(ManifestDigest(one), ManifestDigest(two));
+    EXPECT_FALSE(IsSafeRelativePath(one.entries[0].path));
+    EXPECT_THROW(ValidateManifest(one), Error);
+    EXPECT_FALSE(IsSafeRelativePath("a\x7f"));
+}
+
 TEST(Manifest, DigestIsOfPathsAndContentsInAnyOrder) {
     const std::string digest = ManifestDigest(TwoFiles());
     // Its definition: so that a digest means the same in every version.

@@ -7,10 +7,12 @@
 #include <cstring>
 #include <optional>
 #include <span>
+#include <unordered_map>
 
 #include "core/base/parallel.h"
+#include "core/base/sha256.h"
 #include "worker/render/accel/device.h"
-#include "worker/render/accel/geometry.h"
+#include "worker/render/accel/shapes.h"
 #include "worker/render/floating_point_mode.h"
 
 namespace relume::render {
@@ -34,16 +36,6 @@ Vec3f UnitNormal(Vec3f n) {
         }
     }
     return n * (1 / std::sqrt(length2));
-}
-
-bool NeedsTriangleData(const Mesh& mesh, const CompiledMaterial& material) {
-    return !mesh.normals.empty() || (!mesh.uvs.empty() && material.NeedsUv());
-}
-
-// Whether shading wants the triangles of each key of the motion.
-bool KeepsDataOfKeys(const Mesh& mesh, const CompiledMaterial& material) {
-    return !mesh.motion.empty() && NeedsTriangleData(mesh, material) &&
-           (!mesh.normals.empty() || material.needs_tangents);
 }
 
 // One level of structure rather than two? Of what moves, its vertices at each key in the one level
@@ -74,78 +66,96 @@ float LargestCoordinate(const Box3f& box) {
 }  // namespace
 
 struct Accel::Embree {
-    Device device;
-    RTCScene scene = nullptr;
-    std::vector<RTCScene> mesh_scenes;  // by mesh; null where flattened
-    std::vector<FilterMesh> filters;    // by mesh
+    std::shared_ptr<const Device> device;
+    // What stands still, in world space, and what has two levels; null: there is none. One after
+    // the other is what Embree does with triangles and instances of one scene, too.
+    std::shared_ptr<const Structure> flat, nested;
+    std::vector<std::shared_ptr<const Shape>> shapes;            // by mesh
+    std::vector<std::shared_ptr<const NestedMesh>> nested_mesh;  // by mesh; null where flattened
     std::uint64_t flat_triangles = 0, shared_triangles = 0;
 
-    ~Embree() {
-        if (scene != nullptr) {
-            rtcReleaseScene(scene);
-        }
-        for (RTCScene s : mesh_scenes) {
-            if (s != nullptr) {
-                rtcReleaseScene(s);
+    template <class T>
+    using Parts = std::unordered_map<std::string, std::shared_ptr<const T>>;
+    // By key.
+    template <class T>
+    static Parts<T> Index(const std::vector<std::shared_ptr<const T>>& parts) {
+        Parts<T> index;
+        for (const auto& part : parts) {
+            if (part != nullptr && !part->key.empty()) {
+                index.emplace(part->key, part);
             }
         }
+        return index;
     }
-
-    // Watertight: else about one ray in 300 000 slips between two triangles of a fine mesh, and
-    // brings the sky into a closed room. Costs a seventh of the traversal.
-    RTCScene NewScene() const {
-        const RTCScene made = rtcNewScene(device.get());
-        rtcSetSceneFlags(made, RTC_SCENE_FLAG_ROBUST);
-        return made;
+    template <class T>
+    static std::shared_ptr<const T> Find(const Parts<T>& index, const std::string& key) {
+        const auto it = index.find(key);
+        return it == index.end() ? nullptr : it->second;
     }
 };
 
 Accel::Accel(const Scene& scene, const std::vector<CompiledMaterial>& materials,
-             const TextureSet& textures)
-    : triangles_(scene.meshes.size()),
-      gradients_(scene.meshes.size()),
-      embree_(std::make_unique<Embree>()) {
+             const TextureSet& textures, Reuse reuse, const Accel* before)
+    : embree_(std::make_unique<Embree>()) {
+    Embree& embree = *embree_;
     std::vector<int> uses(scene.meshes.size(), 0);
     for (const Instance& instance : scene.instances) {
         ++uses[static_cast<std::size_t>(instance.mesh)];
     }
+
+    // What is gathered of each mesh.
+    Embree::Parts<Shape> known_shapes;
+    Embree::Parts<NestedMesh> known_nested;
+    if (before != nullptr) {
+        known_shapes = Embree::Index(before->embree_->shapes);
+        known_nested = Embree::Index(before->embree_->nested_mesh);
+    }
+    embree.shapes.resize(scene.meshes.size());
     ParallelFor(0, scene.meshes.size(), 1, [&](std::size_t begin, std::size_t end) {
         const FloatingPointMode mode;
         for (std::size_t i = begin; i < end; ++i) {
             const Mesh& mesh = scene.meshes[i];
-            const CompiledMaterial& material = materials[static_cast<std::size_t>(mesh.material)];
-            if (uses[i] > 0 && NeedsTriangleData(mesh, material)) {
-                triangles_[i] = KeepsDataOfKeys(mesh, material)
-                                    ? GatherMovingTriangles(mesh, material.needs_tangents)
-                                    : GatherTriangles(mesh, material.needs_tangents);
-            }
-            if (uses[i] > 0 && material.bump_texture >= 0 && !mesh.uvs.empty()) {
-                gradients_[i] = GatherUvGradients(mesh);
+            const std::string key = reuse == Reuse::kLater && uses[i] > 0 ? ShapeKey(mesh) : "";
+            embree.shapes[i] = Embree::Find(known_shapes, key);
+            if (embree.shapes[i] == nullptr) {
+                embree.shapes[i] =
+                    MakeShape(mesh, materials[static_cast<std::size_t>(mesh.material)], textures,
+                              uses[i] > 0, key);
             }
         }
     });
-    Embree& embree = *embree_;
-    embree.mesh_scenes.resize(scene.meshes.size(), nullptr);
-    for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
-        const TriangleData* data = triangles_[i].empty() ? nullptr : triangles_[i].data();
-        embree.filters.push_back({scene.meshes[i].uvs.empty() ? nullptr : data,
-                                  &materials[static_cast<std::size_t>(scene.meshes[i].material)],
-                                  &textures});
+
+    // Objects, and which of them are flattened.
+    const bool flatten_all = scene.TriangleCount() <= kFlattenTriangles;
+    std::vector<bool> flat(scene.instances.size());
+    Sha256 flat_key;
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const Instance& instance = scene.instances[i];
+        const std::size_t mesh_index = static_cast<std::size_t>(instance.mesh);
+        flat[i] = Flatten(instance, uses[mesh_index] == 1, flatten_all);
+        if (flat[i] && reuse == Reuse::kLater) {
+            flat_key.Update(fmt::format("{} {}", i, embree.shapes[mesh_index]->key));
+            flat_key.Update(instance.to_world.rows().data(), sizeof(float) * 12);
+        }
     }
 
-    embree.device.Build([&] {
-        const bool flatten_all = scene.TriangleCount() <= kFlattenTriangles;
-        embree.scene = embree.NewScene();
-        std::vector<Box3f> bounds(scene.meshes.size());
+    embree.device = before != nullptr ? before->embree_->device : std::make_shared<Device>();
+    embree.device->Build([&] {
+        auto flat_scene = std::make_shared<Structure>(embree.device);
+        auto nested_scene = std::make_shared<Structure>(embree.device);
+        flat_scene->key = reuse == Reuse::kLater ? flat_key.HexDigest() : "";
+        const bool known_flat = before != nullptr && before->embree_->flat != nullptr &&
+                                !flat_scene->key.empty() &&
+                                before->embree_->flat->key == flat_scene->key;
+        embree.nested_mesh.resize(scene.meshes.size());
         for (std::size_t i = 0; i < scene.instances.size(); ++i) {
             const Instance& instance = scene.instances[i];
             const std::size_t mesh_index = static_cast<std::size_t>(instance.mesh);
             const Mesh& mesh = scene.meshes[mesh_index];
+            const std::shared_ptr<const Shape>& shape = embree.shapes[mesh_index];
             Object object;
-            object.triangles =
-                triangles_[mesh_index].empty() ? nullptr : triangles_[mesh_index].data();
-            object.gradients =
-                gradients_[mesh_index].empty() ? nullptr : gradients_[mesh_index].data();
+            object.triangles = shape->triangles.empty() ? nullptr : shape->triangles.data();
+            object.gradients = shape->gradients.empty() ? nullptr : shape->gradients.data();
             object.material = static_cast<std::uint32_t>(mesh.material);
             object.has_normals = !mesh.normals.empty();
             std::span<const Transform> keys(&instance.to_world, 1);
@@ -161,33 +171,27 @@ Accel::Accel(const Scene& scene, const std::vector<CompiledMaterial>& materials,
                 object.motion = &motions_.back();
             }
             const float scale = LargestScale(keys);
-            RTCGeometry geometry;
-            if (Flatten(instance, uses[mesh_index] == 1, flatten_all)) {
-                geometry = MakeTriangles(embree.device.get(), mesh, instance.to_world,
-                                         embree.filters[mesh_index]);
+            if (flat[i]) {
                 embree.flat_triangles += mesh.triangles.size();
-            } else {
-                RTCScene& shared = embree.mesh_scenes[mesh_index];
-                if (shared == nullptr) {
-                    shared = embree.NewScene();
-                    const RTCGeometry part = MakeTriangles(embree.device.get(), mesh, Transform(),
-                                                           embree.filters[mesh_index]);
-                    rtcAttachGeometry(shared, part);
-                    rtcReleaseGeometry(part);
-                    rtcCommitScene(shared);
-                    embree.shared_triangles += mesh.triangles.size();
-                    for (const Vec3f p : mesh.positions) {
-                        bounds[mesh_index].Add(p);
-                    }
-                    for (const std::vector<Vec3f>& positions : mesh.motion) {
-                        for (const Vec3f p : positions) {
-                            bounds[mesh_index].Add(p);
-                        }
-                    }
+                if (!known_flat) {
+                    flat_scene->Attach(
+                        MakeTriangles(embree.device->get(), mesh, instance.to_world, shape->filter),
+                        static_cast<std::uint32_t>(i), shape);
                 }
-                geometry = MakeInstance(embree.device.get(), shared, keys);
+            } else {
+                std::shared_ptr<const NestedMesh>& shared = embree.nested_mesh[mesh_index];
+                if (shared == nullptr) {
+                    shared = Embree::Find(known_nested, shape->key);
+                    if (shared == nullptr) {
+                        shared = std::make_shared<NestedMesh>(embree.device, mesh, shape);
+                    }
+                    embree.shared_triangles += mesh.triangles.size();
+                }
+                nested_scene->Attach(
+                    MakeInstance(embree.device->get(), shared->structure.get(), keys),
+                    static_cast<std::uint32_t>(i), shared);
                 object.nested = true;
-                object.extent = scale * LargestCoordinate(bounds[mesh_index]);
+                object.extent = scale * LargestCoordinate(shared->bounds);
             }
             // Where each triangle's size is not kept, or not of all times.
             if (object.triangles == nullptr || !mesh.motion.empty()) {
@@ -197,12 +201,22 @@ Accel::Accel(const Scene& scene, const std::vector<CompiledMaterial>& materials,
                 }
                 object.extent = std::max(object.extent, scale * largest);
             }
-            rtcAttachGeometryByID(embree.scene, geometry, static_cast<unsigned>(i));
-            rtcReleaseGeometry(geometry);
             objects_.push_back(object);
         }
-        rtcCommitScene(embree.scene);
+        if (known_flat) {
+            embree.flat = before->embree_->flat;
+        } else if (!flat_scene->empty()) {
+            flat_scene->Commit();
+            embree.flat = std::move(flat_scene);
+        }
+        if (!nested_scene->empty()) {
+            nested_scene->Commit();
+            embree.nested = std::move(nested_scene);
+        }
     });
+    // For hits: one look at the pointers instead of three.
+    flat_ = embree.flat != nullptr ? embree.flat->get() : nullptr;
+    nested_ = embree.nested != nullptr ? embree.nested->get() : nullptr;
 }
 
 Accel::~Accel() = default;
@@ -225,7 +239,12 @@ bool Accel::Intersect(const Ray& ray, Hit* hit) const {
     r.ray.flags = 0;
     r.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     r.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    Intersect1(embree_->scene, &context, &r);
+    if (flat_ != nullptr) {
+        Intersect1(flat_, &context, &r);
+    }
+    if (nested_ != nullptr) {
+        Intersect1(nested_, &context, &r);
+    }
     if (r.hit.geomID == RTC_INVALID_GEOMETRY_ID) {
         return false;
     }
@@ -267,7 +286,15 @@ bool Accel::Occluded(const Ray& ray) const {
     r.mask = 0xffffffffu;
     r.id = 0;
     r.flags = 0;
-    Occluded1(embree_->scene, &context, &r);
+    if (flat_ != nullptr) {
+        Occluded1(flat_, &context, &r);
+        if (r.tfar < 0) {
+            return true;
+        }
+    }
+    if (nested_ != nullptr) {
+        Occluded1(nested_, &context, &r);
+    }
     return r.tfar < 0;
 }
 

@@ -10,6 +10,8 @@
 #include "worker/render/accel/triangles.h"
 #include "worker/render/bsdf/material.h"
 
+struct RTCSceneTy;  // Embree's
+
 namespace relume::render {
 
 struct Ray {
@@ -32,9 +34,13 @@ struct Hit {
 // memory to avoid. What moves has two levels; a mesh that deforms has its vertices at each key.
 class Accel {
   public:
+    enum class Reuse { kNever, kLater };  // kLater: may be `before` of another one
+
     // Keeps references to `materials` (one a material of the scene) and `textures`, not to `scene`.
+    // `before`: of the scene at another time, with the same materials and textures: what is the
+    // same in both is not built again. The structures are those that would be built without it.
     Accel(const Scene& scene, const std::vector<CompiledMaterial>& materials,
-          const TextureSet& textures);
+          const TextureSet& textures, Reuse reuse = Reuse::kNever, const Accel* before = nullptr);
     ~Accel();
     Accel(const Accel&) = delete;
     Accel& operator=(const Accel&) = delete;
@@ -53,10 +59,9 @@ class Accel {
   private:
     struct Embree;
     std::vector<Object> objects_;
-    std::vector<std::vector<TriangleData>> triangles_;  // by mesh; empty where nothing needs them
-    std::vector<std::vector<UvGradients>> gradients_;   // the same
     std::deque<ObjectMotion> motions_;
     std::unique_ptr<Embree> embree_;
+    RTCSceneTy *flat_ = nullptr, *nested_ = nullptr;  // of embree_; null: nothing is there
 };
 
 // Throws kFailedPrecondition if Embree can't be held to `kIsa`.

@@ -4,6 +4,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <new>
 
 #include "core/base/error.h"
 #include "core/base/parallel.h"
@@ -43,9 +44,13 @@ Device::Device() {
     tbb::task_arena arena(kBuildTasks, ReservedSlots());
     arena.execute([&] { device_ = rtcNewDevice(fmt::format("isa={}", kIsa).c_str()); });
     if (device_ == nullptr) {
+        const RTCError error = rtcGetDeviceError(nullptr);
+        if (error == RTC_ERROR_OUT_OF_MEMORY) {
+            throw std::bad_alloc();
+        }
         throw Error(ErrorCode::kFailedPrecondition,
                     fmt::format("Embree does not start with isa={}: {}; use a machine with AVX2",
-                                kIsa, Reason(rtcGetDeviceError(nullptr))));
+                                kIsa, Reason(error)));
     }
     // Rays of 8 are native from AVX on, rays of 16 with AVX-512 only: neither less nor more than
     // asked for.

@@ -23,6 +23,12 @@ EnvironmentLight::EnvironmentLight(const Scene& scene, const Environment& enviro
     }
 }
 
+EnvironmentLight::EnvironmentLight(const Scene& scene) {
+    if (scene.environment != nullptr) {
+        *this = EnvironmentLight(scene, *scene.environment);
+    }
+}
+
 EnvironmentLight::Place EnvironmentLight::Find(Vec3f direction) const {
     Place place{direction, {}};
     if (!map_.empty()) {

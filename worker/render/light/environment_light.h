@@ -16,6 +16,8 @@ class EnvironmentLight {
   public:
     EnvironmentLight() = default;  // black
     EnvironmentLight(const Scene& scene, const Environment& environment);
+    // The scene's.
+    explicit EnvironmentLight(const Scene& scene);
 
     bool black() const { return !(mean_ > 0); }
     // Mean radiance over the sphere, average of the channels.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 namespace relume::render {
 namespace {
@@ -12,8 +13,12 @@ constexpr double kLeastEnvironment = 0.25, kMostEnvironment = 0.5;
 }  // namespace
 
 LightSet::LightSet(const Scene& scene, const std::vector<CompiledMaterial>& materials,
-                   const TextureSet& textures, Accel* accel)
-    : materials_(materials), textures_(textures), accel_(*accel) {
+                   const TextureSet& textures, std::shared_ptr<const EnvironmentLight> environment,
+                   Accel* accel)
+    : materials_(materials),
+      textures_(textures),
+      accel_(*accel),
+      environment_(std::move(environment)) {
     const float radius = scene.Bounds().empty() ? 1.0f : scene.Bounds().radius();
     std::vector<LightExtent> extents;
     Powers powers;
@@ -38,9 +43,6 @@ LightSet::LightSet(const Scene& scene, const std::vector<CompiledMaterial>& mate
         for (Object& object : accel->objects()) {
             object.first_light = -1;
         }
-    }
-    if (scene.environment != nullptr) {
-        environment_ = EnvironmentLight(scene, *scene.environment);
     }
     ShareOut(powers, radius);
 }
@@ -68,8 +70,8 @@ void LightSet::ShareOut(const Powers& powers, float radius) {
     const double others = std::accumulate(powers.directional.begin(), powers.directional.end(),
                                           tree_.empty() ? 0.0 : powers.placed);
     double left = 1;
-    if (!environment_.black()) {
-        const double power = environment_.mean() * 4 * kPi * kPi * radius * radius;
+    if (!environment_->black()) {
+        const double power = environment_->mean() * 4 * kPi * kPi * radius * radius;
         const double share =
             others > 0 ? std::clamp(power / (power + others), kLeastEnvironment, kMostEnvironment)
                        : 1;
@@ -89,7 +91,7 @@ std::optional<LightSample> LightSet::Sample(const LightReceiver& at, std::uint32
                                             const EnvironmentLight::Place* drawn) const {
     LightSample sample;
     if (ChoosesEnvironment(choice)) {
-        if (!environment_.SampleAt(drawn != nullptr ? *drawn : environment_.Draw(u), &sample)) {
+        if (!environment_->SampleAt(drawn != nullptr ? *drawn : environment_->Draw(u), &sample)) {
             return std::nullopt;
         }
         sample.pdf *= environment_probability_;
@@ -158,7 +160,7 @@ Rgb LightSet::Environment(const EnvironmentLight::Place& place, float* pdf) cons
         }
         return {};
     }
-    const Rgb radiance = environment_.RadianceAt(place, pdf);
+    const Rgb radiance = environment_->RadianceAt(place, pdf);
     if (pdf != nullptr) {
         *pdf *= environment_probability_;
     }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -20,9 +21,10 @@ namespace relume::render {
 class LightSet {
   public:
     // Numbers the emitting triangles in the objects of `accel`. Keeps references to all but
-    // `scene`.
+    // `scene`. `environment`: the scene's.
     LightSet(const Scene& scene, const std::vector<CompiledMaterial>& materials,
-             const TextureSet& textures, Accel* accel);
+             const TextureSet& textures, std::shared_ptr<const EnvironmentLight> environment,
+             Accel* accel);
 
     // Nothing shines, or nothing that Sample could find.
     bool black() const { return none_to_sample() && !moving_emitters_; }
@@ -42,7 +44,7 @@ class LightSet {
     bool ChoosesEnvironment(std::uint32_t choice) const {
         return has_environment() && choice * 0x1p-32 >= 1 - environment_probability_;
     }
-    EnvironmentLight::Place DrawEnvironment(Vec2f u) const { return environment_.Draw(u); }
+    EnvironmentLight::Place DrawEnvironment(Vec2f u) const { return environment_->Draw(u); }
 
     // Light from one light towards the receiver; empty if none goes there.
     // `choice`: 32 uniform bits. `drawn`: DrawEnvironment(u), if it has been done.
@@ -61,10 +63,10 @@ class LightSet {
         return Environment(FindEnvironment(direction), pdf);
     }
     EnvironmentLight::Place FindEnvironment(Vec3f direction) const {
-        return environment_.Find(direction);
+        return environment_->Find(direction);
     }
 
-    std::size_t repaired_environment_values() const { return environment_.repaired(); }
+    std::size_t repaired_environment_values() const { return environment_->repaired(); }
 
   private:
     struct Directional {
@@ -94,7 +96,7 @@ class LightSet {
     std::vector<PunctualLight> punctual_;  // then these
     LightTree tree_;
     std::vector<Directional> directional_;
-    EnvironmentLight environment_;
+    std::shared_ptr<const EnvironmentLight> environment_;
     float placed_probability_ = 0, environment_probability_ = 0;
     bool emissive_surfaces_ = false;
     bool moving_emitters_ = false;
