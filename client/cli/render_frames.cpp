@@ -57,7 +57,7 @@ class FrameRun {
         } catch (const OutputError&) {
             // No frame after it could be written either.
             for (const std::string& job : undertaking_->jobs) {
-                client->Cancel(job);
+                client->Cancel(job, true);
             }
             throw;
         }

@@ -31,7 +31,7 @@ struct SubmitOptions {
     client->Resume();
     std::size_t cancelled = 0;
     for (const std::string& job : jobs) {
-        client->Cancel(job);
+        client->Cancel(job, true);
         ++cancelled;
     }
     throw Error(ErrorCode::kCancelled,

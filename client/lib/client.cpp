@@ -277,7 +277,7 @@ v1::Job Client::Create(const v1::JobSpec& spec) {
             v1::JobSpec asked = spec;
             asked.set_owner(response.job().spec().owner());  // which the server knows better
             if (response.job().spec().SerializeAsString() != asked.SerializeAsString()) {
-                Cancel(response.job().name());
+                Cancel(response.job().name(), true);
                 throw Error(ErrorCode::kDataLoss,
                             fmt::format("{}: {} is another job than was asked for: bits changed on "
                                         "the way; it is cancelled, try again",

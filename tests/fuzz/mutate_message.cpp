@@ -53,9 +53,9 @@ class Mutator {
     }
 
     double Real() {
-        constexpr double kReals[] = {0,     -0.0,   1,       -1,     1e-300,
-                                     1e300, -1e300, 1e999,   -1e999, NAN,
-                                     0.5,   8,      1048576, 1e38,   1152921504606846976.0};
+        constexpr double kReals[] = {0,     -0.0,   1,        -1,        1e-300,
+                                     1e300, -1e300, HUGE_VAL, -HUGE_VAL, NAN,
+                                     0.5,   8,      1048576,  1e38,      1152921504606846976.0};
         return Below(4) == 0 ? static_cast<double>(Integer()) : kReals[Below(std::size(kReals))];
     }
 
