@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <dnnl.hpp>
+#include <mutex>
 #include <string>
+#include <utility>
 
 #include "core/base/error.h"
 
@@ -91,6 +93,47 @@ int ChannelLanes() {
     return wide ? 16 : 8;
 }
 
+// Few layouts are asked for; of more, as an image of each size may want its own, the oldest go.
+struct ConvolutionWeights::Impl {
+    static constexpr std::size_t kMostLayouts = 4;
+
+    std::vector<float> weights, bias;
+    std::mutex mutex;
+    std::vector<dnnl::memory> layouts;  // under mutex, the oldest first
+
+    dnnl::memory InLayout(const ConvolutionShape& shape, const dnnl::memory::desc& layout) {
+        const std::lock_guard lock(mutex);
+        for (const dnnl::memory& made : layouts) {
+            if (made.get_desc() == layout) {
+                return made;
+            }
+        }
+        // oneDNN does not write to what it reads.
+        dnnl::memory plain(
+            {{shape.outputs, shape.inputs, shape.kernel, shape.kernel}, kFloat, Format::oihw},
+            Cpu(), weights.data());
+        dnnl::memory made(layout, Cpu());
+        dnnl::stream stream(Cpu());
+        dnnl::reorder(plain, made).execute(stream, plain, made);
+        stream.wait();
+        if (layouts.size() == kMostLayouts) {
+            layouts.erase(layouts.begin());
+        }
+        layouts.push_back(made);
+        return made;
+    }
+};
+
+ConvolutionWeights::ConvolutionWeights(std::vector<float> weights, std::vector<float> bias)
+    : impl_(std::make_unique<Impl>()) {
+    impl_->weights = std::move(weights);
+    impl_->bias = std::move(bias);
+}
+
+ConvolutionWeights::~ConvolutionWeights() = default;
+ConvolutionWeights::ConvolutionWeights(ConvolutionWeights&&) noexcept = default;
+ConvolutionWeights& ConvolutionWeights::operator=(ConvolutionWeights&&) noexcept = default;
+
 struct BlockConvolution::Impl {
     explicit Impl(const ConvolutionShape& shape)
         : description(DescribeBest(shape)), convolution(description) {}
@@ -100,26 +143,15 @@ struct BlockConvolution::Impl {
     dnnl::memory weights, bias;
 };
 
-BlockConvolution::BlockConvolution(const ConvolutionShape& shape, const std::vector<float>& weights,
-                                   const std::vector<float>& bias, const BlockConvolution* like) {
+BlockConvolution::BlockConvolution(const ConvolutionShape& shape,
+                                   const ConvolutionWeights& weights) {
     const OneThread one_thread;
     impl_ = OrError([&] {
         auto impl = std::make_unique<Impl>(shape);
-        if (like && like->impl_->weights.get_desc() == impl->description.weights_desc()) {
-            impl->weights = like->impl_->weights;
-            impl->bias = like->impl_->bias;
-            return impl;
-        }
-        impl->weights = dnnl::memory(impl->description.weights_desc(), Cpu());
+        impl->weights = weights.impl_->InLayout(shape, impl->description.weights_desc());
         impl->bias = dnnl::memory(impl->description.bias_desc(), Cpu());
-        dnnl::stream stream(Cpu());
-        // oneDNN does not write to what it reads.
-        dnnl::memory plain(
-            {{shape.outputs, shape.inputs, shape.kernel, shape.kernel}, kFloat, Format::oihw},
-            Cpu(), const_cast<float*>(weights.data()));
-        dnnl::reorder(plain, impl->weights).execute(stream, plain, impl->weights);
-        stream.wait();
-        std::copy(bias.begin(), bias.end(), static_cast<float*>(impl->bias.get_data_handle()));
+        std::copy(weights.impl_->bias.begin(), weights.impl_->bias.end(),
+                  static_cast<float*>(impl->bias.get_data_handle()));
         return impl;
     });
 }

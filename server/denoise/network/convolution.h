@@ -17,12 +17,25 @@ struct ConvolutionShape {
     bool relu;
 };
 
+// Weights of a layer, and what oneDNN has made of them: in as many layouts as blocks of different
+// sizes ask for, each made once. Thread-safe.
+class ConvolutionWeights {
+  public:
+    // `weights`: outputs x inputs x kernel x kernel, `bias`: outputs.
+    ConvolutionWeights(std::vector<float> weights, std::vector<float> bias);
+    ~ConvolutionWeights();
+    ConvolutionWeights(ConvolutionWeights&&) noexcept;
+    ConvolutionWeights& operator=(ConvolutionWeights&&) noexcept;
+
+  private:
+    friend class BlockConvolution;
+    struct Impl;
+    std::unique_ptr<Impl> impl_;
+};
+
 class BlockConvolution {
   public:
-    // `weights`: outputs x inputs x kernel x kernel, `bias`: outputs. Both are copied; or shared
-    // with `like`, which has the same and other rows and columns, if there is one.
-    BlockConvolution(const ConvolutionShape& shape, const std::vector<float>& weights,
-                     const std::vector<float>& bias, const BlockConvolution* like);
+    BlockConvolution(const ConvolutionShape& shape, const ConvolutionWeights& weights);
     ~BlockConvolution();
     BlockConvolution(BlockConvolution&&) noexcept;
     BlockConvolution& operator=(BlockConvolution&&) noexcept;

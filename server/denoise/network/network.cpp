@@ -3,7 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
+#include <list>
 #include <map>
+#include <mutex>
+#include <optional>
+#include <utility>
 
 #include "core/base/error.h"
 #include "server/denoise/network/graph.h"
@@ -65,12 +70,49 @@ Tiling ChooseTiling(const Graph& graph, int width, int height, std::size_t most_
 
 }  // namespace
 
+// Plans of small images are kept, for the next of the same size: making one takes as long as
+// running it on some ten thousand pixels.
 struct Network::Impl {
-    Graph graph;
+    static constexpr std::size_t kMostKept = std::size_t{48} << 20;  // bytes in all
+
+    explicit Impl(Graph lowered) : graph(std::move(lowered)), weights(FillUpWeights(graph)) {}
+
+    std::unique_ptr<Plan> TakePlan(int width, int height) const {
+        {
+            const std::lock_guard lock(mutex);
+            const auto kept = std::ranges::find_if(plans, [&](const std::unique_ptr<Plan>& plan) {
+                return plan->width() == width && plan->height() == height;
+            });
+            if (kept != plans.end()) {
+                std::unique_ptr<Plan> plan = std::move(*kept);
+                plans.erase(kept);
+                return plan;
+            }
+        }
+        return std::make_unique<Plan>(graph, weights, width, height);
+    }
+
+    void Keep(std::unique_ptr<Plan> plan) const {
+        std::size_t bytes = plan->bytes();
+        if (bytes > kMostKept) {
+            return;
+        }
+        const std::lock_guard lock(mutex);
+        plans.push_front(std::move(plan));
+        for (auto kept = std::next(plans.begin()); kept != plans.end();) {
+            bytes += (*kept)->bytes();
+            kept = bytes > kMostKept ? plans.erase(kept) : std::next(kept);
+        }
+    }
+
+    const Graph graph;
+    const std::vector<std::optional<ConvolutionWeights>> weights;  // of its steps
+    mutable std::mutex mutex;
+    mutable std::list<std::unique_ptr<Plan>> plans;  // under mutex: not in use, the last one first
 };
 
 Network::Network(const GraphSpec& graph, const TensorArchive& weights, const std::string& source)
-    : impl_(std::make_unique<Impl>(Impl{LowerGraph(graph, weights, source)})) {}
+    : impl_(std::make_unique<Impl>(LowerGraph(graph, weights, source))) {}
 
 Network::~Network() = default;
 Network::Network(Network&&) noexcept = default;
@@ -109,10 +151,11 @@ std::vector<Plane> Network::Run(std::span<const float* const> inputs, int width,
         }
     }
     for (const auto& [size, tiles] : by_size) {
-        Plan plan(graph, size.first, size.second);
+        std::unique_ptr<Plan> plan = impl_->TakePlan(size.first, size.second);
         for (const PlanTile& tile : tiles) {
-            plan.Run(inputs, width, height, tile, &outputs, cancel);
+            plan->Run(inputs, width, height, tile, &outputs, cancel);
         }
+        impl_->Keep(std::move(plan));
     }
     return outputs;
 }

@@ -17,9 +17,24 @@ constexpr int kFewestRows = 8, kMostRows = 64;
 
 int RoundUp(int value, int to) { return (value + to - 1) / to * to; }
 
-// Filled up with zeros to whole groups of channels, of which each source has its own.
-std::vector<float> FillUp(const Graph& graph, const GraphStep& step, int inputs, int outputs,
-                          int lanes) {
+int GroupsOf(const Graph& graph, int tensor) {
+    const int lanes = ChannelLanes();
+    return (graph.tensors[static_cast<std::size_t>(tensor)].channels + lanes - 1) / lanes;
+}
+
+// Channels of the sources, each filled up to groups of its own.
+int Inputs(const Graph& graph, const GraphStep& step) {
+    int inputs = 0;
+    for (const GraphSource& source : step.sources) {
+        inputs += GroupsOf(graph, source.tensor) * ChannelLanes();
+    }
+    return inputs;
+}
+
+int Outputs(const GraphStep& step) { return RoundUp(step.outputs, ChannelLanes()); }
+
+ConvolutionWeights FillUp(const Graph& graph, const GraphStep& step) {
+    const int inputs = Inputs(graph, step), outputs = Outputs(step);
     const auto area = static_cast<std::size_t>(step.kernel * step.kernel);
     std::vector<float> weights(static_cast<std::size_t>(inputs * outputs) * area);
     for (int o = 0; o < step.outputs; ++o) {
@@ -30,15 +45,28 @@ std::vector<float> FillUp(const Graph& graph, const GraphStep& step, int inputs,
                         static_cast<std::size_t>(channels) * area,
                         weights.begin() + static_cast<std::ptrdiff_t>(to * area));
             from += channels;
-            to += RoundUp(channels, lanes);
+            to += RoundUp(channels, ChannelLanes());
+        }
+    }
+    std::vector<float> bias = step.bias;
+    bias.resize(static_cast<std::size_t>(outputs));
+    return {std::move(weights), std::move(bias)};
+}
+
+}  // namespace
+
+std::vector<std::optional<ConvolutionWeights>> FillUpWeights(const Graph& graph) {
+    std::vector<std::optional<ConvolutionWeights>> weights(graph.steps.size());
+    for (std::size_t s = 0; s < weights.size(); ++s) {
+        if (graph.steps[s].kernel > 0) {
+            weights[s] = FillUp(graph, graph.steps[s]);
         }
     }
     return weights;
 }
 
-}  // namespace
-
-Plan::Plan(const Graph& graph, int width, int height)
+Plan::Plan(const Graph& graph, const std::vector<std::optional<ConvolutionWeights>>& weights,
+           int width, int height)
     : graph_(graph),
       width_(width),
       height_(height),
@@ -47,8 +75,8 @@ Plan::Plan(const Graph& graph, int width, int height)
     for (const std::size_t size : memory_.sizes) {
         buffers_.push_back(AllocateBuffer(size));
     }
-    for (const GraphStep& step : graph.steps) {
-        steps_.push_back(PlanStep(step));
+    for (std::size_t s = 0; s < weights.size(); ++s) {
+        steps_.push_back(PlanStep(graph.steps[s], weights[s] ? &*weights[s] : nullptr));
     }
 }
 
@@ -58,15 +86,12 @@ Plan::~Plan() {
     scratch_.clear();
 }
 
-Plan::Step Plan::PlanStep(const GraphStep& step) const {
-    const int lanes = ChannelLanes();
+Plan::Step Plan::PlanStep(const GraphStep& step, const ConvolutionWeights* weights) const {
     Step planned;
     planned.width = width_ >> step.scale;
     planned.height = height_ >> step.scale;
-    for (const GraphSource& source : step.sources) {
-        planned.inputs += Groups(source.tensor) * lanes;
-    }
-    planned.outputs = step.kernel > 0 ? RoundUp(step.outputs, lanes) : planned.inputs;
+    planned.inputs = Inputs(graph_, step);
+    planned.outputs = weights ? Outputs(step) : planned.inputs;
 
     // Sides of blocks are multiples of 4, Winograd's tile, and even, as pooling takes two.
     const int columns = (planned.width + kMostColumns - 1) / kMostColumns;
@@ -78,11 +103,7 @@ Plan::Step Plan::PlanStep(const GraphStep& step) const {
         static_cast<int>(std::clamp<double>(kBlockProducts / products, kFewestRows, kMostRows));
     planned.block_rows = std::min(rows / 4 * 4, planned.height);
 
-    if (step.kernel > 0) {
-        const std::vector<float> weights =
-            FillUp(graph_, step, planned.inputs, planned.outputs, lanes);
-        std::vector<float> bias = step.bias;
-        bias.resize(static_cast<std::size_t>(planned.outputs));
+    if (weights) {
         const int last_columns = planned.width % planned.block_columns;
         const int last_rows = planned.height % planned.block_rows;
         for (const int kind : {0, 1, 2, 3}) {
@@ -93,18 +114,25 @@ Plan::Step Plan::PlanStep(const GraphStep& step) const {
                                             kind % 2 == 0 ? planned.block_columns : last_columns,
                                             step.relu};
             if (shape.rows > 0 && shape.columns > 0) {
-                planned.convolutions[kind] = std::make_unique<BlockConvolution>(
-                    shape, weights, bias, planned.convolutions[0].get());
+                planned.convolutions[kind] = std::make_unique<BlockConvolution>(shape, *weights);
             }
         }
     }
     return planned;
 }
 
-int Plan::Groups(int tensor) const {
-    const int lanes = ChannelLanes();
-    return (graph_.tensors[static_cast<std::size_t>(tensor)].channels + lanes - 1) / lanes;
+std::size_t Plan::bytes() const {
+    const std::lock_guard lock(mutex_);
+    std::size_t bytes = memory_.bytes();
+    for (const auto& scratch : scratch_) {
+        bytes += (scratch->input.capacity() + scratch->result.capacity() +
+                  scratch->convolution.capacity()) *
+                 sizeof(float);
+    }
+    return bytes;
 }
+
+int Plan::Groups(int tensor) const { return GroupsOf(graph_, tensor); }
 
 float* Plan::Pixel(int tensor, int y, int group, int x) const {
     const auto t = static_cast<std::size_t>(tensor);

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -36,13 +37,19 @@ struct PlanTile {
     int inner_width, inner_height;
 };
 
+// The weights of a graph's steps, filled up with zeros to whole groups of channels. By step; empty
+// where it has no kernel.
+std::vector<std::optional<ConvolutionWeights>> FillUpWeights(const Graph& graph);
+
 // A graph made ready for inputs of one size. Each step goes over its pixels in blocks, which
 // threads take one by one. Tensors lie in memory by row, group of channels (convolution.h), column,
 // channel of the group.
 class Plan {
   public:
-    // `width`, `height`: multiples of the graph's alignment. The graph must outlive it.
-    Plan(const Graph& graph, int width, int height);
+    // `width`, `height`: multiples of the graph's alignment. The graph must outlive it. `weights`:
+    // FillUpWeights of it.
+    Plan(const Graph& graph, const std::vector<std::optional<ConvolutionWeights>>& weights,
+         int width, int height);
     ~Plan();
     Plan(const Plan&) = delete;
     Plan& operator=(const Plan&) = delete;
@@ -51,6 +58,11 @@ class Plan {
     // writes what counts to `outputs` of the same size.
     void Run(std::span<const float* const> inputs, int image_width, int image_height,
              const PlanTile& tile, std::vector<Plane>* outputs, const CancelToken& cancel);
+
+    int width() const { return width_; }
+    int height() const { return height_; }
+    // What it holds between runs, weights excepted.
+    std::size_t bytes() const;
 
   private:
     struct Step {
@@ -70,7 +82,7 @@ class Plan {
     };
     class Borrowed;  // a Scratch
 
-    Step PlanStep(const GraphStep& step) const;
+    Step PlanStep(const GraphStep& step, const ConvolutionWeights* weights) const;
     int Groups(int tensor) const;
     float* Pixel(int tensor, int y, int group, int x) const;
     void ReadInput(std::span<const float* const> inputs, int image_width, int image_height,
@@ -89,7 +101,7 @@ class Plan {
     PlanMemory memory_;
     std::vector<PlanBuffer> buffers_;
     std::vector<Step> steps_;
-    std::mutex mutex_;
+    mutable std::mutex mutex_;
     std::vector<std::unique_ptr<Scratch>> scratch_;  // under mutex_: not in use
 };
 
