@@ -1,4 +1,7 @@
 // One libFuzzer program a kind of input: RELUME_FUZZ_KIND, see read_input.h.
+#include <google/protobuf/stubs/logging.h>
+#include <spdlog/spdlog.h>
+
 #include <cstddef>
 #include <cstdint>
 
@@ -7,6 +10,9 @@
 
 extern "C" int LLVMFuzzerInitialize(int*, char***) {
     relume::SetThreadCount(1);
+    // What is refused would be told some thousand times a second.
+    spdlog::set_level(spdlog::level::off);
+    google::protobuf::SetLogHandler(nullptr);
     return 0;
 }
 
