@@ -9,6 +9,7 @@
 #include "core/film/aov.h"
 #include "core/film/moments.h"
 #include "proto/codec/codec.h"
+#include "proto/codec/digests.h"
 
 namespace relume::bench {
 namespace {
@@ -62,36 +63,43 @@ TileResult MakeUp(const TileTask& task, double noisy) {
 
 // The message is put together by hand, so that the planes are never copied: gRPC sends the slices
 // one after the other.
-grpc::ByteBuffer Answers::AnswerTo(const v1::Lease& lease, double seconds) {
+grpc::ByteBuffer Answers::AnswerTo(const v1::Lease& lease, std::uint64_t task_digest,
+                                   double seconds) {
     TileTask task = codec::TaskFromLease(lease);
-    Shape shape{task.rect.width(), task.rect.height(), task.count};
+    Shape shape{task.rect.width(), task.rect.height(), task.count, seconds};
     for (std::size_t i = 0; i < task.count.size(); ++i) {
         std::get<2>(shape)[i] = task.count[i] * 2 + task.first[i] % 2;
     }
-    grpc::Slice planes;
+    const std::uint64_t rays = task.TotalSamples() * 4;
+    Made made;
     {
         const std::lock_guard lock(mutex_);
-        auto& made = planes_[shape];
-        if (made.size() == 0) {
-            made = grpc::Slice(codec::EncodePlanes(MakeUp(task, noisy_)));
+        Made& kept = made_[shape];
+        if (kept.checksum == 0) {
+            TileResult result = MakeUp(task, noisy_);
+            result.rays = rays;
+            result.seconds = seconds;
+            kept = {grpc::Slice(codec::EncodePlanes(result)), codec::ResultChecksum(result)};
         }
-        planes = made;
+        made = kept;
     }
     v1::LeaseResult before, after;
     before.set_lease_id(lease.id());
     before.set_job(lease.job());
-    after.set_rays(task.TotalSamples() * 4);
+    after.set_rays(rays);
     after.set_seconds(seconds);
     after.set_epoch(lease.epoch());
     after.set_unit(lease.unit());
     after.set_ticket(lease.ticket());
+    after.set_task_digest(task_digest);
+    after.set_checksum(made.checksum);
     const std::string head = before.SerializeAsString(), tail = after.SerializeAsString();
 
     using google::protobuf::io::CodedOutputStream;
     const std::uint32_t planes_tag = Tag(v1::LeaseResult::kPlanesFieldNumber);
-    const auto planes_size = static_cast<std::uint32_t>(planes.size());
+    const auto planes_size = static_cast<std::uint32_t>(made.planes.size());
     const std::size_t size = head.size() + CodedOutputStream::VarintSize32(planes_tag) +
-                             CodedOutputStream::VarintSize32(planes_size) + planes.size() +
+                             CodedOutputStream::VarintSize32(planes_size) + made.planes.size() +
                              tail.size();
     std::string opening;
     {
@@ -103,7 +111,7 @@ grpc::ByteBuffer Answers::AnswerTo(const v1::Lease& lease, double seconds) {
         out.WriteTag(planes_tag);
         out.WriteVarint32(planes_size);
     }
-    const grpc::Slice slices[] = {grpc::Slice(opening), planes, grpc::Slice(tail)};
+    const grpc::Slice slices[] = {grpc::Slice(opening), made.planes, grpc::Slice(tail)};
     return {slices, 3};
 }
 

@@ -21,21 +21,26 @@ namespace relume::bench {
 TileResult MakeUp(const TileTask& task, double noisy);
 
 // Answers to leases as a worker sends them, made up once for each shape of lease; what an answer
-// costs is then copying it into a socket. Thread-safe.
+// costs is then copying it into a socket: checksums are made once, too. Thread-safe.
 class Answers {
   public:
     explicit Answers(double noisy) : noisy_(noisy) {}
 
-    // The WorkRequest with the result of `lease`, which took `seconds`.
-    grpc::ByteBuffer AnswerTo(const v1::Lease& lease, double seconds);
+    // The WorkRequest with the result of `lease`, which took `seconds` and whose codec::TaskDigest
+    // is `task_digest`.
+    grpc::ByteBuffer AnswerTo(const v1::Lease& lease, std::uint64_t task_digest, double seconds);
 
   private:
-    // Of a lease: the size of its tile, and the parity of its samples with their counts.
-    using Shape = std::tuple<int, int, std::vector<std::uint32_t>>;
+    // Of a lease: the size of its tile, the parity of its samples with their counts, and seconds.
+    using Shape = std::tuple<int, int, std::vector<std::uint32_t>, double>;
+    struct Made {
+        grpc::Slice planes;
+        std::uint64_t checksum = 0;
+    };
 
     const double noisy_;
     std::mutex mutex_;
-    std::map<Shape, grpc::Slice> planes_;
+    std::map<Shape, Made> made_;
 };
 
 }  // namespace relume::bench

@@ -15,6 +15,7 @@
 #include "bench/farm/answers.h"
 #include "core/film/film.h"
 #include "proto/codec/codec.h"
+#include "proto/codec/digests.h"
 #include "relume/v1/work.pb.h"
 #include "server/jobs/check_result.h"
 
@@ -38,8 +39,8 @@ double CpuSeconds() {
 }
 
 struct Costs {
-    double parse = 0, decode = 0, check = 0, merge = 0;
-    double total() const { return parse + decode + check + merge; }
+    double parse = 0, decode = 0, digest = 0, check = 0, merge = 0;
+    double total() const { return parse + decode + digest + check + merge; }
 };
 
 // One pass over the film, a message a tile. Reading the clock costs a nanosecond a record.
@@ -56,6 +57,8 @@ Costs MergePass(const std::vector<TileTask>& tasks, const std::string& bytes, Fi
         costs.parse += lap();
         const TileResult result = codec::DecodePlanes(task, message.result().planes());
         costs.decode += lap();
+        codec::CheckChecksum(result, message.result());
+        costs.digest += lap();
         jobs::CheckResult(task, result);
         costs.check += lap();
         film->Merge(result);
@@ -78,7 +81,9 @@ void Run(const Options& options) {
         task.count.assign(rect.area(), options.spp);
     }
     v1::WorkRequest message;
-    message.mutable_result()->set_planes(codec::EncodePlanes(MakeUp(tasks.front(), options.noisy)));
+    const TileResult made = MakeUp(tasks.front(), options.noisy);
+    message.mutable_result()->set_planes(codec::EncodePlanes(made));
+    message.mutable_result()->set_checksum(codec::ResultChecksum(made));
     const std::string bytes = message.SerializeAsString();
 
     std::vector<Costs> passes;
@@ -93,21 +98,19 @@ void Run(const Options& options) {
     const double bytes_a_record =
         static_cast<double>(bytes.size()) / static_cast<double>(tasks.front().rect.area());
     if (options.json) {
-        const Json json{{"noisy", options.noisy},
-                        {"bytes_a_record", bytes_a_record},
-                        {"parse_ns", ns(costs.parse)},
-                        {"decode_ns", ns(costs.decode)},
-                        {"check_ns", ns(costs.check)},
-                        {"merge_ns", ns(costs.merge)},
-                        {"records_per_second", records / costs.total()}};
+        const Json json{
+            {"noisy", options.noisy},        {"bytes_a_record", bytes_a_record},
+            {"parse_ns", ns(costs.parse)},   {"decode_ns", ns(costs.decode)},
+            {"digest_ns", ns(costs.digest)}, {"check_ns", ns(costs.check)},
+            {"merge_ns", ns(costs.merge)},   {"records_per_second", records / costs.total()}};
         fmt::print("{}\n", json.dump(2));
         return;
     }
     fmt::print(
-        "{:.1f} bytes a record; ns a record: parse {:.1f}, decode {:.1f}, check {:.1f}, merge "
-        "{:.1f}; together {:.2f} M records/s\n",
-        bytes_a_record, ns(costs.parse), ns(costs.decode), ns(costs.check), ns(costs.merge),
-        records / costs.total() / 1e6);
+        "{:.1f} bytes a record; ns a record: parse {:.1f}, decode {:.1f}, digest {:.1f}, check "
+        "{:.1f}, merge {:.1f}; together {:.2f} M records/s\n",
+        bytes_a_record, ns(costs.parse), ns(costs.decode), ns(costs.digest), ns(costs.check),
+        ns(costs.merge), records / costs.total() / 1e6);
 }
 
 }  // namespace

@@ -6,9 +6,11 @@
 #include <grpcpp/support/client_callback.h>
 
 #include <algorithm>
+#include <map>
 #include <utility>
 
 #include "proto/codec/codec.h"
+#include "proto/codec/digests.h"
 #include "proto/codec/protocol.h"
 
 namespace relume::bench {
@@ -86,8 +88,12 @@ class SimulatedFarm::Worker final
                 Report();
                 break;
             case v1::WorkResponse::kJob: {
+                const v1::JobContext& context = incoming_.job();
+                context_digests_[context.job()] =
+                    codec::ContextDigest(context.job(), codec::FromProto(context.scene()),
+                                         codec::FromProto(context.settings()));
                 v1::WorkRequest message;
-                message.mutable_scene_ready()->set_job(incoming_.job().job());
+                message.mutable_scene_ready()->set_job(context.job());
                 Send(ToBuffer(message));
                 break;
             }
@@ -130,17 +136,11 @@ class SimulatedFarm::Worker final
                 left_.pop_front();
             }
         }
-        std::uint64_t samples = 0;
-        for (const auto count : lease->sample_count()) {
-            samples += count;
-        }
-        if (lease->sample_count_size() == 1) {
-            const auto& r = lease->rect();
-            samples *= static_cast<std::uint64_t>(r.x1() - r.x0()) *
-                       static_cast<std::uint64_t>(r.y1() - r.y0());
-        }
+        const TileTask task = codec::TaskFromLease(*lease);
+        const std::uint64_t digest =
+            codec::TaskDigest(context_digests_.at(lease->job()), lease->unit(), task);
         const double speed = farm_->options_.samples_per_second;
-        const double seconds = static_cast<double>(samples) / (speed > 0 ? speed : 1e9);
+        const double seconds = static_cast<double>(task.TotalSamples()) / (speed > 0 ? speed : 1e9);
         if (speed > 0) {
             free_ = std::max(free_, now) + std::chrono::duration_cast<Clock::duration>(
                                                std::chrono::duration<double>(seconds));
@@ -148,7 +148,7 @@ class SimulatedFarm::Worker final
             free_ = now;
         }
         const std::lock_guard lock(farm_->mutex_);
-        farm_->due_.push({free_, this, std::move(lease), seconds});
+        farm_->due_.push({free_, this, std::move(lease), digest, seconds});
         farm_->due_changed_.notify_one();
     }
     // With mutex_ held.
@@ -175,6 +175,7 @@ class SimulatedFarm::Worker final
     grpc::ClientContext context_;
     std::unique_ptr<Stub> stub_;
     v1::WorkResponse incoming_;
+    std::map<std::string, std::uint64_t> context_digests_;
     Clock::time_point free_{};  // when it is through with what it holds
     std::atomic<std::uint32_t> held_{0};
 
@@ -234,7 +235,7 @@ void SimulatedFarm::AnswerThread() {
             const Due due = due_.top();
             due_.pop();
             lock.unlock();
-            grpc::ByteBuffer answer = answers_.AnswerTo(*due.lease, due.seconds);
+            grpc::ByteBuffer answer = answers_.AnswerTo(*due.lease, due.task_digest, due.seconds);
             Answered(due, answer.Length());
             due.worker->Answered();
             due.worker->Answer(std::move(answer));

@@ -57,6 +57,7 @@ class SimulatedFarm {
         Clock::time_point at;
         Worker* worker;
         std::shared_ptr<v1::Lease> lease;
+        std::uint64_t task_digest;
         double seconds;
         bool operator>(const Due& other) const { return at > other.at; }
     };
