@@ -10,6 +10,7 @@
 #include "client/cli/exit_codes.h"
 #include "client/cli/options.h"
 #include "client/lib/client.h"
+#include "client/lib/job_group.h"
 #include "client/lib/job_names.h"
 
 namespace relume::client {
@@ -22,8 +23,8 @@ struct PauseOptions {
 
 int RunPause(const PauseOptions& options) {
     Client client(RequireServer(options.server));
-    for (const auto& name : options.jobs) {
-        const v1::Job job = client.Pause(name);
+    for (const auto& found : FindJobsToChange(&client, options.jobs)) {
+        const v1::Job job = client.Pause(found.name());
         fmt::print("{}: {}\n", job.name(), StateText(job));
     }
     return kExitDone;
@@ -33,7 +34,9 @@ int RunPause(const PauseOptions& options) {
 
 Runner AddPause(CLI::App* app) {
     const auto options = std::make_shared<PauseOptions>();
-    app->add_option("JOB", options->jobs, "their names")->required()->type_name("NAME");
+    app->add_option("JOB", options->jobs, "their names, or those of groups")
+        ->required()
+        ->type_name("NAME");
     AddServerOption(app, &options->server);
     app->footer(
         "What workers have in hand is still taken, and nothing is lost; the job's time limit\n"

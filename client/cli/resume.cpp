@@ -10,6 +10,7 @@
 #include "client/cli/exit_codes.h"
 #include "client/cli/options.h"
 #include "client/lib/client.h"
+#include "client/lib/job_group.h"
 #include "client/lib/job_names.h"
 
 namespace relume::client {
@@ -22,8 +23,8 @@ struct ResumeOptions {
 
 int RunResume(const ResumeOptions& options) {
     Client client(RequireServer(options.server));
-    for (const auto& name : options.jobs) {
-        const v1::Job job = client.Continue(name);
+    for (const auto& found : FindJobsToChange(&client, options.jobs)) {
+        const v1::Job job = client.Continue(found.name());
         fmt::print("{}: {}\n", job.name(), StateText(job));
     }
     return kExitDone;
@@ -33,7 +34,8 @@ int RunResume(const ResumeOptions& options) {
 
 Runner AddResume(CLI::App* app) {
     const auto options = std::make_shared<ResumeOptions>();
-    app->add_option("JOB", options->jobs, "their names; a job that is not paused stays as it is")
+    app->add_option("JOB", options->jobs,
+                    "their names, or those of groups; a job that is not paused stays as it is")
         ->required()
         ->type_name("NAME");
     AddServerOption(app, &options->server);

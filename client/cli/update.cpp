@@ -10,6 +10,7 @@
 #include "client/cli/exit_codes.h"
 #include "client/cli/options.h"
 #include "client/lib/client.h"
+#include "client/lib/job_group.h"
 #include "client/lib/job_names.h"
 
 namespace relume::client {
@@ -23,8 +24,8 @@ struct UpdateOptions {
 
 int RunUpdate(const UpdateOptions& options) {
     Client client(RequireServer(options.server));
-    for (const auto& name : options.jobs) {
-        const v1::Job job = client.SetPriority(name, options.priority);
+    for (const auto& found : FindJobsToChange(&client, options.jobs)) {
+        const v1::Job job = client.SetPriority(found.name(), options.priority);
         fmt::print("{}: {}, priority {}\n", job.name(), StateText(job), job.spec().priority());
     }
     return kExitDone;
@@ -34,7 +35,9 @@ int RunUpdate(const UpdateOptions& options) {
 
 Runner AddUpdate(CLI::App* app) {
     const auto options = std::make_shared<UpdateOptions>();
-    app->add_option("JOB", options->jobs, "their names")->required()->type_name("NAME");
+    app->add_option("JOB", options->jobs, "their names, or those of groups")
+        ->required()
+        ->type_name("NAME");
     AddPriorityOption(app, &options->priority)->required();
     AddServerOption(app, &options->server);
     return [options](Interrupts*) { return RunUpdate(*options); };

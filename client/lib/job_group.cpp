@@ -15,16 +15,7 @@ namespace {
 
 constexpr const char* kPrefix = "groups/";
 
-}  // namespace
-
-std::string MakeGroupName() {
-    std::random_device device;
-    return fmt::format("{}{:08x}{:08x}", kPrefix, device(), device());
-}
-
-bool IsGroupName(const std::string& name) { return name.starts_with(kPrefix); }
-
-std::vector<v1::Job> FindJobs(Client* client, const std::vector<std::string>& names) {
+std::vector<v1::Job> Find(Client* client, const std::vector<std::string>& names, bool over) {
     std::vector<v1::Job> jobs;
     std::set<std::string> seen;
     for (const std::string& name : names) {
@@ -36,6 +27,9 @@ std::vector<v1::Job> FindJobs(Client* client, const std::vector<std::string>& na
                     "{}: no such group of jobs, or none of its jobs is kept any more; see `relume "
                     "jobs`",
                     name));
+            }
+            if (!over) {
+                std::erase_if(found, [](const v1::Job& job) { return IsOver(job.state()); });
             }
             std::reverse(found.begin(), found.end());
             std::stable_sort(found.begin(), found.end(), [](const v1::Job& a, const v1::Job& b) {
@@ -51,6 +45,23 @@ std::vector<v1::Job> FindJobs(Client* client, const std::vector<std::string>& na
         }
     }
     return jobs;
+}
+
+}  // namespace
+
+std::string MakeGroupName() {
+    std::random_device device;
+    return fmt::format("{}{:08x}{:08x}", kPrefix, device(), device());
+}
+
+bool IsGroupName(const std::string& name) { return name.starts_with(kPrefix); }
+
+std::vector<v1::Job> FindJobs(Client* client, const std::vector<std::string>& names) {
+    return Find(client, names, true);
+}
+
+std::vector<v1::Job> FindJobsToChange(Client* client, const std::vector<std::string>& names) {
+    return Find(client, names, false);
 }
 
 }  // namespace relume::client

@@ -1,5 +1,7 @@
 #include "core/base/error.h"
 
+#include <algorithm>
+
 namespace relume {
 
 const char* ToString(ErrorCode code) {
@@ -32,6 +34,12 @@ const char* ToString(ErrorCode code) {
             return "INTERNAL";
     }
     return "INTERNAL";
+}
+
+std::string Printable(std::string text) {
+    std::replace_if(
+        text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 127; }, '?');
+    return text;
 }
 
 void ThrowInvalidArgument(const std::string& message) {

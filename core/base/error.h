@@ -37,6 +37,9 @@ class Error : public std::runtime_error {
     ErrorCode code_;
 };
 
+// Somebody's text for such a line, which ends at a NUL: control characters become "?".
+std::string Printable(std::string text);
+
 [[noreturn]] void ThrowInvalidArgument(const std::string& message);
 [[noreturn]] void ThrowNotFound(const std::string& message);
 

@@ -45,7 +45,7 @@ void ValidateManifest(const SceneManifest& manifest) {
                 fmt::format("scene file '{:.200}': the path must be relative and stay below the "
                             "scene's folder, "
                             "with no control characters and at most 1024 bytes",
-                            entry.path));
+                            Printable(entry.path)));
         }
         if (!IsSha256Hex(entry.sha256)) {
             ThrowInvalidArgument(

@@ -73,13 +73,6 @@ std::string Base64Decode(std::string_view text, const SourceLocation& place) {
     return out;
 }
 
-// For messages, which are one line and end at a NUL.
-std::string Printable(std::string text) {
-    std::replace_if(
-        text.begin(), text.end(), [](unsigned char c) { return c < ' '; }, '?');
-    return text;
-}
-
 bool HasScheme(std::string_view uri) {
     const auto end = uri.find_first_of(":/?#");
     return end != std::string_view::npos && end > 0 && uri[end] == ':' &&

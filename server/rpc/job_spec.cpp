@@ -1,12 +1,12 @@
 #include "server/rpc/job_spec.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/base/resources.h"
 #include "proto/codec/budgets.h"
 #include "proto/codec/codec.h"
 #include "server/denoise/denoiser.h"
@@ -27,13 +27,12 @@ constexpr std::uint64_t kMaxSampleBytes = std::uint64_t{4} << 30;  // of a job t
 void CheckMemory(const RenderSettings& settings, std::uint64_t kept) {
     const std::uint64_t needed =
         settings.Window().area() * kBytesPerPixel + kept + kept / 2 + kept / 3;
-    const std::uint64_t memory = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) *
-                                 static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+    const std::uint64_t memory = AvailableResources().memory;
     if (needed > memory) {
         throw Error(
             ErrorCode::kResourceExhausted,
             fmt::format("{}x{} pixels need about {} GB, the server has {} GB; choose a smaller "
-                        "--size or --crop",
+                        "--size or --crop, or give the server more memory",
                         settings.Window().width(), settings.Window().height(), needed >> 30,
                         memory >> 30));
     }

@@ -4,6 +4,7 @@
 
 #include "core/film/aov.h"
 #include "proto/codec/codec.h"
+#include "proto/codec/digests.h"
 #include "server/jobs/check_result.h"
 
 namespace relume::bench {
@@ -37,7 +38,7 @@ TEST(Answers, AreWhatTheServerTakes) {
     const TileTask few{{6, 0, 8, 1}, {5, 8}, {0, 1}};
     for (const TileTask& task : {even, odd, few, even}) {
         v1::WorkRequest message;
-        ASSERT_TRUE(message.ParseFromString(Bytes(answers.AnswerTo(LeaseOf(task), 0.25))));
+        ASSERT_TRUE(message.ParseFromString(Bytes(answers.AnswerTo(LeaseOf(task), 99, 0.25))));
         const v1::LeaseResult& result = message.result();
         EXPECT_EQ(result.lease_id(), 7u);
         EXPECT_EQ(result.job(), "jobs/1");
@@ -45,7 +46,12 @@ TEST(Answers, AreWhatTheServerTakes) {
         EXPECT_EQ(result.epoch(), 3u);
         EXPECT_EQ(result.unit(), 12u);
         EXPECT_EQ(result.ticket(), "0123");
-        EXPECT_NO_THROW(jobs::CheckResult(task, codec::DecodePlanes(task, result.planes())));
+        EXPECT_EQ(result.task_digest(), 99u);
+        TileResult decoded = codec::DecodePlanes(task, result.planes());
+        decoded.rays = result.rays();
+        decoded.seconds = result.seconds();
+        EXPECT_NO_THROW(jobs::CheckResult(task, decoded));
+        EXPECT_NO_THROW(codec::CheckChecksum(decoded, result));
     }
 }
 

@@ -21,6 +21,7 @@ except ImportError:
 BIN, SOURCE = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
 DEPLOY = SOURCE / 'deploy'
 PROGRAMS = ('relume-server', 'relume-worker')
+STOP_SECONDS = 10  # from SIGTERM to SIGKILL, at least: docs/operations.md
 
 
 def options(program):
@@ -119,8 +120,15 @@ class FilesTest(unittest.TestCase):
             self.assertTrue(container['securityContext']['readOnlyRootFilesystem'])
             self.assertEqual(container['securityContext']['capabilities'], {'drop': ['ALL']})
             self.assertEqual(set(container['resources']['limits']), {'cpu', 'memory'})
-            threads = next(word for word in container['command'] if word.startswith('--threads='))
-            self.assertEqual(threads, f"--threads={container['resources']['limits']['cpu']}")
+            # Programs find the limits by themselves: said twice, they would be changed once.
+            self.assertEqual([word for word in container['command'] if re.match('--(threads|memory-limit)', word)], [])
+
+    def test_containers_have_time_to_stop(self):
+        services = yaml.safe_load((DEPLOY / 'docker-compose.yml').read_text())['services']
+        for service in ('server', 'worker'):
+            self.assertGreaterEqual(int(services[service]['stop_grace_period'].removesuffix('s')), STOP_SECONDS, service)
+        for workload in of_kind('StatefulSet', 'Deployment'):
+            self.assertGreaterEqual(pod(workload)['spec']['terminationGracePeriodSeconds'], STOP_SECONDS, workload['kind'])
 
     def test_the_scaler_asks_for_metrics_that_are_there(self):
         known = set(re.findall(r'`(relume_[a-z_]+)`', (SOURCE / 'docs' / 'operations.md').read_text()))

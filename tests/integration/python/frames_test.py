@@ -107,6 +107,11 @@ class FramesTest(unittest.TestCase):
             self.assertEqual([name for name in self.files() if name.startswith('some')], ['some.2.exr', 'some.4.exr'])
 
             cancelled = relume('submit', self.scene, '--frames', '0-99', *LOOK, '--spp', '4096', server=farm.address).stdout.strip()
+            lines = relume('pause', cancelled, server=farm.address).stdout.splitlines()
+            self.assertEqual(len([line for line in lines if 'paused' in line]), 100, lines[0])
+            self.assertEqual(len(relume('resume', cancelled, server=farm.address).stdout.splitlines()), 100)
+            # All of these are over.
+            self.assertEqual(relume('update', group, '--priority', '3', server=farm.address).stdout, '')
             lines = relume('cancel', cancelled, server=farm.address).stdout.splitlines()
             self.assertEqual(len(lines), 100)
             run = relume('watch', cancelled, '--quiet', server=farm.address, check=False)

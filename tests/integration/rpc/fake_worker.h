@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <thread>
@@ -84,11 +85,11 @@ class FakeWorker {
         report.mutable_report()->set_credits(options_.credits);
         stream->Write(report);
         v1::WorkResponse message;
-        v1::JobContext context;
+        std::map<std::string, v1::JobContext> contexts;
         int results = 0;
         while (stream->Read(&message)) {
             if (message.has_job()) {
-                context = message.job();
+                contexts[message.job().job()] = message.job();
             }
             if (message.has_job() && !options_.problem.empty()) {
                 v1::WorkRequest answer;
@@ -120,7 +121,8 @@ class FakeWorker {
                 if (results < options_.misread_until) {
                     lease.set_first_sample(0, lease.first_sample(0) ^ 2);
                 }
-                v1::WorkRequest answer = Render(context, lease, results < options_.wrong_until);
+                v1::WorkRequest answer =
+                    Render(contexts.at(lease.job()), lease, results < options_.wrong_until);
                 if (results < options_.garbled_until) {
                     // The lowest bit of a mean: a result like any other.
                     std::string* planes = answer.mutable_result()->mutable_planes();

@@ -317,6 +317,7 @@ TEST_F(HostileWorkerTest, StreamsOfOneAddressAreCounted) {
     ServerOptions options;
     options.coordinator.quotas.client_streams = 4;
     Restart(options);
+    const v1::Job job = MustCreate(Spec());
     std::vector<std::unique_ptr<WorkerHand>> crowd;
     for (int i = 0; i < 4; ++i) {
         crowd.push_back(std::make_unique<WorkerHand>(work.get()));
@@ -328,7 +329,6 @@ TEST_F(HostileWorkerTest, StreamsOfOneAddressAreCounted) {
     crowd.clear();
     // Room again, once the server has seen them go.
     const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-    const v1::Job job = MustCreate(Spec());
     while (std::chrono::steady_clock::now() < give_up) {
         WorkerHand hand(work.get());
         hand.Want(1);

@@ -87,14 +87,14 @@ TEST(Families, TellOfEachJobAndWorkerWhatIsKnown) {
     EXPECT_EQ(page.At("relume_series_left_out{of=\"workers\"}"), 1);
     EXPECT_EQ(page.At("relume_server_tasks_waiting{thread=\"control\"}"), 3);
     EXPECT_EQ(page.At("relume_blob_store_bytes"), 1125899906842624.0) << "all digits are there";
-    EXPECT_EQ(page.At("relume_build_info{version=\"0.1.0\",protocol=\"2\"}"), 1);
+    EXPECT_EQ(page.At("relume_build_info{version=\"0.1.0\",protocol=\"3\"}"), 1);
 }
 
 TEST(Families, WithoutAStatusSayThatTheCoordinatorIsStuck) {
     const Exposition page = Page(std::nullopt);
     EXPECT_EQ(page.types.size(), 2u);
     EXPECT_EQ(page.At("relume_coordinator_responding"), 0);
-    EXPECT_TRUE(page.Has("relume_build_info{version=\"0.1.0\",protocol=\"2\"}"));
+    EXPECT_TRUE(page.Has("relume_build_info{version=\"0.1.0\",protocol=\"3\"}"));
 }
 
 }  // namespace

@@ -75,7 +75,7 @@ TEST(HostileScene, AnArrayBeyondTheMachineIsRefusedBeforeItIsMade) {
 
 TEST(HostileScene, PicturesThatAreLargerThanTheMachineTogetherAreNotDecoded) {
     GltfFile file = test::TexturedFile(nlohmann::json::object());
-    std::map<std::string, std::string> files{{"scene.bin", file.buffer}};
+    std::map<std::string, std::string> pictures;
     const std::uint64_t count = AvailableResources().memory / 2 / (std::uint64_t{1} << 30) + 2;
     ASSERT_LT(count, 10'000u);
     for (std::uint64_t i = 0; i < count; ++i) {
@@ -84,7 +84,7 @@ TEST(HostileScene, PicturesThatAreLargerThanTheMachineTogetherAreNotDecoded) {
         file.json["textures"].push_back({{"source", i}});
         file.json["materials"].push_back(
             {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", i}}}}}});
-        files[name] = HugePng();
+        pictures[name] = HugePng();
     }
     auto& primitives = file.json["meshes"][0]["primitives"];
     const auto primitive = primitives[0];
@@ -94,7 +94,8 @@ TEST(HostileScene, PicturesThatAreLargerThanTheMachineTogetherAreNotDecoded) {
         primitives.push_back(primitive);
         primitives.back()["material"] = first + i;
     }
-    files["scene.gltf"] = file.json.dump();
+    std::map<std::string, std::string> files = file.Files().files;
+    files.merge(pictures);
     const Error error = Fails(files, "scene.gltf");
     EXPECT_EQ(error.code(), ErrorCode::kResourceExhausted) << error.what();
     EXPECT_THAT(error.what(), HasSubstr("pictures take more than"));

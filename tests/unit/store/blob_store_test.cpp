@@ -109,8 +109,12 @@ TEST_F(BlobStoreTest, OffsetsAndSizesThatDoNotFitAreRefused) {
     upload->Append("promis");
     ExpectError(ErrorCode::kInvalidArgument, "more than the 8 bytes",
                 [&] { upload->Append("ed!"); });
-    upload->Append("ed");
+    upload.reset();
+    EXPECT_EQ(store.used(), 0u) << "nothing of it is kept";
+    upload = store.Begin(sha256, 8, 0);
+    upload->Append("promised");
     upload->Commit();
+    EXPECT_TRUE(store.Has(sha256));
 }
 
 TEST_F(BlobStoreTest, OneUploadOfABlobAtATime) {
