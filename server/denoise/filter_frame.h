@@ -21,7 +21,11 @@ struct Filtered {
 };
 
 // Chooses, filters and estimates the error. A filter that was chosen by trial never makes an image
-// worse than the noisy one by the estimate: that is returned then. Throws as RunDenoiser.
+// worse than the noisy one by the estimate: the filter that others were judged against is taken
+// then, or if that is no better the noisy image. Throws as RunDenoiser.
+Filtered FilterFrame(std::shared_ptr<const Denoiser> denoiser, const Frame& frame,
+                     const CancelToken& cancel);
+// The filter of that name (MakeDenoiser).
 Filtered FilterFrame(const std::string& filter, const Frame& frame, const CancelToken& cancel);
 
 }  // namespace relume::denoise

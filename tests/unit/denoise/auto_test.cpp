@@ -27,6 +27,46 @@ Film ExactFilm(const Truth& truth, int spp) {
     });
 }
 
+// Takes a filter that makes all black, judged against `base`, which it seems to be 100 times as bad
+// as.
+class Misled final : public Denoiser {
+  public:
+    explicit Misled(const char* base) : base_(base) {}
+    std::string Describe() const override { return "misled"; }
+    std::optional<Choice> Choose(const Frame&, const CancelToken&) const override {
+        Choice choice;
+        choice.denoiser = std::make_shared<Misled>(base_);
+        choice.base = MakeDenoiser(base_);
+        choice.over_base = 100;
+        return choice;
+    }
+    Result Reconstruct(const Frame& frame, const CancelToken&) const override {
+        Result result;
+        for (Plane& plane : result.color) {
+            plane.resize(frame.pixel_count());
+        }
+        return result;
+    }
+
+  private:
+    const char* base_;
+};
+
+TEST(Auto, WhatMakesTheImageWorseGivesWayToWhatItWasJudgedAgainst) {
+    const Frame noisy = FrameFromFilm(MakeFilm({96, 64}, 8, 3));
+    const Filtered better = FilterFrame(std::make_shared<Misled>(kRobust), noisy, CancelToken());
+    EXPECT_EQ(better.filter, kRobust);
+    EXPECT_THAT(better.choice->reason, HasSubstr("worse than none"));
+    ASSERT_TRUE(better.error);
+    EXPECT_LT(better.error->relmse, better.error->unfiltered);
+    EXPECT_EQ(better.result.color[0],
+              RunDenoiser(*MakeDenoiser(kRobust), noisy, CancelToken()).color[0]);
+    // A base that is no better than the noise: none.
+    const Frame exact = FrameFromFilm(ExactFilm({96, 64}, 4));
+    const auto blurred = std::make_shared<Misled>("bilateral:mode=printed");
+    EXPECT_EQ(FilterFrame(blurred, exact, CancelToken()).filter, "none");
+}
+
 TEST(Auto, LeavesAnImageWithoutNoiseAlone) {
     const Frame frame = FrameFromFilm(ExactFilm({96, 64}, 4));
     const Filtered filtered = FilterFrame("auto", frame, CancelToken());
