@@ -89,7 +89,7 @@ class FrameRun {
             try {
                 name = client->Create(SpecOf(frame)).name();
             } catch (const Error& error) {
-                // The server has enough for now.
+                // Over the server's quota until one of ours is over.
                 if (error.code() == ErrorCode::kResourceExhausted && !under_way_.empty()) {
                     return;
                 }
