@@ -55,11 +55,14 @@ ConvolutionWeights FillUp(const Graph& graph, const GraphStep& step) {
 
 }  // namespace
 
-std::vector<std::optional<ConvolutionWeights>> FillUpWeights(const Graph& graph) {
-    std::vector<std::optional<ConvolutionWeights>> weights(graph.steps.size());
+std::vector<std::optional<ConvolutionWeights>> FillUpWeights(Graph* graph) {
+    std::vector<std::optional<ConvolutionWeights>> weights(graph->steps.size());
     for (std::size_t s = 0; s < weights.size(); ++s) {
-        if (graph.steps[s].kernel > 0) {
-            weights[s] = FillUp(graph, graph.steps[s]);
+        GraphStep& step = graph->steps[s];
+        if (step.kernel > 0) {
+            weights[s] = FillUp(*graph, step);
+            step.weights = {};
+            step.bias = {};
         }
     }
     return weights;

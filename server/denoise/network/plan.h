@@ -38,8 +38,8 @@ struct PlanTile {
 };
 
 // The weights of a graph's steps, filled up with zeros to whole groups of channels. By step; empty
-// where it has no kernel.
-std::vector<std::optional<ConvolutionWeights>> FillUpWeights(const Graph& graph);
+// where it has no kernel. The graph's own are gone then: nobody else needs them.
+std::vector<std::optional<ConvolutionWeights>> FillUpWeights(Graph* graph);
 
 // A graph made ready for inputs of one size. Each step goes over its pixels in blocks, which
 // threads take one by one. Tensors lie in memory by row, group of channels (convolution.h), column,
