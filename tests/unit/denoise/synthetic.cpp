@@ -65,10 +65,10 @@ Film MakeFilm(const TileRect& window, int display_width, int display_height, con
             const double light = Uniform(&rng);
             const auto noise = static_cast<float>(-std::log1p(-light));
             sample.radiance = truth.Color(x, y) * noise;
+            sample.indirect_luminance = Luminance(sample.radiance);
             if (hook) {
                 hook(x, y, s, &sample);
             }
-            sample.indirect_luminance = Luminance(sample.radiance);
             // Made in any case: the generators must go on alike.
             const SampleRecord record = MakeRecord(x, y, sample, light, &place);
             const bool good = moments.Add(static_cast<std::uint32_t>(s), sample);
