@@ -41,7 +41,7 @@ class FiltersTest(unittest.TestCase):
         return json.loads(report.read_text())['filter']
 
     def test_albedo_is_of_no_use_in_a_box_without_textures(self):
-        told = self.render(CORNELL, '--size', '192x192', '--spp', '24')
+        told = self.render(CORNELL, '--size', '192x192', '--spp', '24', '--filter', 'auto:effort=10')
         self.assertIn('albedo', told['dropped'])
         self.assertTrue(told['reason'])
         names = [candidate['filter'] for candidate in told['candidates']]
