@@ -1,10 +1,12 @@
+#include "server/denoise/network/plan_memory.h"
+
 #include <sys/mman.h>
 
 #include <algorithm>
 #include <cstdlib>
 #include <new>
 
-#include "server/denoise/network/plan.h"
+#include "server/denoise/network/convolution.h"
 
 namespace relume::denoise {
 namespace {
@@ -21,13 +23,16 @@ std::size_t Size(const GraphTensor& tensor, int width, int height) {
 void FreeBuffer::operator()(float* buffer) const { std::free(buffer); }
 
 PlanBuffer AllocateBuffer(std::size_t floats) {
-    constexpr std::size_t kPage = std::size_t{2} << 20;
-    const std::size_t bytes = (floats * sizeof(float) + kPage - 1) / kPage * kPage;
-    void* buffer = std::aligned_alloc(kPage, bytes);
+    constexpr std::size_t kPage = std::size_t{2} << 20, kVector = 64;
+    const std::size_t unit = floats * sizeof(float) < kPage / 2 ? kVector : kPage;
+    const std::size_t bytes = (floats * sizeof(float) + unit - 1) / unit * unit;
+    void* buffer = std::aligned_alloc(unit, bytes);
     if (buffer == nullptr) {
         throw std::bad_alloc();
     }
-    (void)madvise(buffer, bytes, MADV_HUGEPAGE);  // a wish: small pages do as well
+    if (unit == kPage) {
+        (void)madvise(buffer, bytes, MADV_HUGEPAGE);  // a wish: small pages do as well
+    }
     return PlanBuffer(static_cast<float*>(buffer));
 }
 
