@@ -27,7 +27,7 @@ Plan::Plan(const Graph& graph, const std::vector<StepWeights>& weights, int widt
       kernels_(FindWinogradKernels(VectorLanes())),
       memory_(LayOut(graph, width, height)) {
     for (const std::size_t size : memory_.sizes) {
-        buffers_.push_back(AllocateBuffer(size));
+        buffers_.push_back(BorrowBuffer(size));
     }
     for (std::size_t s = 0; s < weights.size(); ++s) {
         steps_.push_back(PlanStep(graph.steps[s], weights[s]));
@@ -98,8 +98,9 @@ int Plan::Groups(int tensor) const { return GroupsOf(graph_, tensor); }
 float* Plan::Pixel(int tensor, int y, int group, int x) const {
     const auto t = static_cast<std::size_t>(tensor);
     const int width = width_ >> graph_.tensors[t].scale;
-    const std::size_t row = static_cast<std::size_t>(y) * static_cast<std::size_t>(Groups(tensor)) +
-                            static_cast<std::size_t>(group);
+    const std::size_t row =
+        static_cast<std::size_t>(y % memory_.rows[t]) * static_cast<std::size_t>(Groups(tensor)) +
+        static_cast<std::size_t>(group);
     return buffers_[static_cast<std::size_t>(memory_.buffer[t])].get() +
            (row * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)) * lanes_;
 }
@@ -229,7 +230,7 @@ Plan::Borrowed::Borrowed(Plan* plan) : plan_(plan) {
     }
     scratch_ = std::make_unique<Scratch>();
     if (plan_->matrix_floats_ > 0) {
-        scratch_->matrices = AllocateBuffer(plan_->matrix_floats_);
+        scratch_->matrices = BorrowBuffer(plan_->matrix_floats_);
     }
 }
 
@@ -267,17 +268,6 @@ void Plan::RunBlock(std::size_t s, const Block& block, const Target& target) {
 
 void Plan::RunStep(std::size_t s, const Target& target, const CancelToken& cancel) {
     const Step& step = steps_[s];
-    if (step.winograd != nullptr) {
-        const int tiles = (step.width + 3) / 4 * ((step.height + 3) / 4);
-        ParallelFor(0, static_cast<std::size_t>((tiles + kTiles - 1) / kTiles), 1,
-                    [&](std::size_t begin, std::size_t end) {
-                        for (auto b = static_cast<int>(begin); b < static_cast<int>(end); ++b) {
-                            ThrowIfCancelled(cancel);
-                            RunTiles(s, b * kTiles, std::min(kTiles, tiles - b * kTiles), target);
-                        }
-                    });
-        return;
-    }
     const int columns = (step.width + step.block_columns - 1) / step.block_columns;
     const int rows = (step.height + step.block_rows - 1) / step.block_rows;
     ParallelFor(0, static_cast<std::size_t>(columns * rows), 1,
@@ -297,8 +287,13 @@ void Plan::RunStep(std::size_t s, const Target& target, const CancelToken& cance
 void Plan::Run(std::span<const float* const> inputs, int image_width, int image_height,
                const PlanTile& tile, std::vector<Plane>* outputs, const CancelToken& cancel) {
     ReadInput(inputs, image_width, image_height, tile);
-    for (std::size_t s = 0; s < steps_.size(); ++s) {
-        RunStep(s, {image_width, &tile, outputs}, cancel);
+    const Target target = {image_width, &tile, outputs};
+    for (const PlanChain& chain : memory_.chains) {
+        if (steps_[static_cast<std::size_t>(chain.first)].winograd != nullptr) {
+            RunChain(chain, target, cancel);
+        } else {
+            RunStep(static_cast<std::size_t>(chain.first), target, cancel);
+        }
     }
 }
 

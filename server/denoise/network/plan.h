@@ -89,6 +89,7 @@ class Plan {
 
     Step PlanStep(const GraphStep& step, const StepWeights& weights) const;
     void RunStep(std::size_t s, const Target& target, const CancelToken& cancel);
+    void RunChain(const PlanChain& chain, const Target& target, const CancelToken& cancel);
     int Groups(int tensor) const;
     float* Pixel(int tensor, int y, int group, int x) const;
     void ReadInput(std::span<const float* const> inputs, int image_width, int image_height,
@@ -100,9 +101,12 @@ class Plan {
     void StoreOutput(const Block& block, const float* result, const Target& target) const;
 
     // plan_winograd.cpp
+    std::ptrdiff_t RowFloats(int tensor) const;
     std::size_t MatrixFloats(const Step& step) const;
     void RunTiles(std::size_t s, int first, int count, const Target& target);
     void ReadTiles(std::size_t s, int first, int count, float* to) const;
+    void TransformBorder(const float* const* rows, const std::ptrdiff_t* columns, int x0, int y0,
+                         int width, int height, float* to, std::ptrdiff_t step) const;
     void StoreTiles(std::size_t s, int first, int count, const float* sums,
                     const Target& target) const;
     void StoreOutputLine(const Block& line, int group, const float* result,

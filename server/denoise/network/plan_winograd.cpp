@@ -2,6 +2,8 @@
 // written to where they belong, pooled or not.
 #include <algorithm>
 
+#include "core/base/parallel.h"
+#include "server/denoise/cancelled.h"
 #include "server/denoise/network/plan.h"
 
 namespace relume::denoise {
@@ -33,6 +35,40 @@ std::size_t Plan::MatrixFloats(const Step& step) const {
                                      denoise::Step(step.winograd->outputs(), kTiles, lanes)));
 }
 
+std::ptrdiff_t Plan::RowFloats(int tensor) const {
+    const int width = width_ >> graph_.tensors[static_cast<std::size_t>(tensor)].scale;
+    return static_cast<std::ptrdiff_t>(width) * static_cast<std::ptrdiff_t>(lanes_);
+}
+
+// In each turn a step does a band, the next one the band before, less a row, as it reads a row
+// beyond its own.
+void Plan::RunChain(const PlanChain& chain, const Target& target, const CancelToken& cancel) {
+    const Step& step = steps_[static_cast<std::size_t>(chain.first)];
+    const int columns = (step.width + 3) / 4, rows = (step.height + 3) / 4;
+    struct Band {
+        std::size_t step;
+        int first, count;  // tiles
+    };
+    for (int turn = 0, done = 0; done < rows; ++turn) {
+        std::vector<Band> groups;
+        for (int i = 0; i <= chain.last - chain.first; ++i) {
+            const int begin = std::clamp((turn - i) * chain.band - i, 0, rows);
+            const int end = std::clamp((turn - i + 1) * chain.band - i, 0, rows);
+            for (int first = begin * columns; first < end * columns; first += kTiles) {
+                groups.push_back({static_cast<std::size_t>(chain.first + i), first,
+                                  std::min(kTiles, end * columns - first)});
+            }
+            done = end;  // of the last step in the end
+        }
+        ParallelFor(0, groups.size(), 1, [&](std::size_t begin, std::size_t end) {
+            for (std::size_t g = begin; g < end; ++g) {
+                ThrowIfCancelled(cancel);
+                RunTiles(groups[g].step, groups[g].first, groups[g].count, target);
+            }
+        });
+    }
+}
+
 void Plan::RunTiles(std::size_t s, int first, int count, const Target& target) {
     const WinogradWeights& weights = *steps_[s].winograd;
     const Borrowed scratch(this);
@@ -54,40 +90,67 @@ void Plan::ReadTiles(std::size_t s, int first, int count, float* to) const {
     const int lanes = kernels_->lanes;
     const std::ptrdiff_t pitch = Pitch(weights, lanes);
     const std::ptrdiff_t step = denoise::Step(pitch, kTiles, lanes);
-    alignas(64) float border[36 * kMostLanes];
+    struct Tile {
+        int x, y;  // of its first pixel, which may lie outside
+        bool inside;
+        const float* rows[6];
+        std::ptrdiff_t columns[6];
+    };
+    Tile tiles[kTiles];
     for (const GraphSource& source : graph_.steps[s].sources) {
-        for (int group = 0; group < Groups(source.tensor); ++group) {
+        for (int t = 0; t < count; ++t) {
+            Tile& tile = tiles[t];
+            tile.x = (first + t) % tile_columns * 4 - 1;
+            tile.y = (first + t) / tile_columns * 4 - 1;
+            tile.inside = tile.x >= 0 && tile.y >= 0 && tile.x + 6 <= width && tile.y + 6 <= height;
+            for (int i = 0; i < 6; ++i) {
+                const int y = std::clamp(tile.y + i, 0, height - 1);
+                const int x = std::clamp(tile.x + i, 0, width - 1);
+                tile.rows[i] = Pixel(source.tensor, y >> source.up, 0, 0);
+                tile.columns[i] = static_cast<std::ptrdiff_t>(x >> source.up) * lanes;
+            }
+        }
+        // Tile by tile in the inner loop: neighbours lie one after another in memory.
+        const std::ptrdiff_t next_group = RowFloats(source.tensor);
+        const int groups = Groups(source.tensor);
+        for (int group = 0; group < groups; ++group) {
             for (int t = 0; t < count; ++t) {
-                const int x0 = (first + t) % tile_columns * 4 - 1;
-                const int y0 = (first + t) / tile_columns * 4 - 1;
-                const float* rows[6];
-                std::ptrdiff_t columns[6];
-                if (x0 >= 0 && y0 >= 0 && x0 + 6 <= width && y0 + 6 <= height) {
-                    for (int i = 0; i < 6; ++i) {
-                        rows[i] = Pixel(source.tensor, (y0 + i) >> source.up, group, 0);
-                        columns[i] = static_cast<std::ptrdiff_t>((x0 + i) >> source.up) * lanes;
-                    }
+                Tile& tile = tiles[t];
+                float* at = to + t * pitch + group * lanes;
+                if (tile.inside) {
+                    kernels_->transform_input(tile.rows, tile.columns, at, step);
                 } else {
-                    std::fill_n(border, 36 * lanes, 0.0f);
-                    for (int i = 0; i < 6; ++i) {
-                        rows[i] = border + 6 * i * lanes;
-                        columns[i] = i * lanes;
-                        for (int j = 0; j < 6; ++j) {
-                            const int x = x0 + j, y = y0 + i;
-                            if (x >= 0 && y >= 0 && x < width && y < height) {
-                                std::copy_n(
-                                    Pixel(source.tensor, y >> source.up, group, x >> source.up),
-                                    lanes, border + (6 * i + j) * lanes);
-                            }
-                        }
-                    }
+                    TransformBorder(tile.rows, tile.columns, tile.x, tile.y, width, height, at,
+                                    step);
                 }
-                kernels_->transform_input(rows, columns, to + t * pitch + group * lanes, step);
+                for (const float*& row : tile.rows) {
+                    row += next_group;
+                }
             }
         }
         // The next source's first channels take the place of what filled up this one's last vector.
         to += graph_.tensors[static_cast<std::size_t>(source.tensor)].channels;
     }
+}
+
+// Of a tile of which some pixels, which lie outside, are zero.
+void Plan::TransformBorder(const float* const* rows, const std::ptrdiff_t* columns, int x0, int y0,
+                           int width, int height, float* to, std::ptrdiff_t step) const {
+    const int lanes = kernels_->lanes;
+    alignas(64) float tile[36 * kMostLanes] = {};
+    const float* tile_rows[6];
+    std::ptrdiff_t tile_columns[6];
+    for (int i = 0; i < 6; ++i) {
+        tile_rows[i] = tile + 6 * i * lanes;
+        tile_columns[i] = static_cast<std::ptrdiff_t>(i) * lanes;
+        for (int j = 0; j < 6; ++j) {
+            const int x = x0 + j, y = y0 + i;
+            if (x >= 0 && y >= 0 && x < width && y < height) {
+                std::copy_n(rows[i] + columns[j], lanes, tile + (6 * i + j) * lanes);
+            }
+        }
+    }
+    kernels_->transform_input(tile_rows, tile_columns, to, step);
 }
 
 void Plan::StoreTiles(std::size_t s, int first, int count, const float* sums,
@@ -101,29 +164,29 @@ void Plan::StoreTiles(std::size_t s, int first, int count, const float* sums,
     const int side = graph_step.pool ? 2 : 4;
     const int scale = graph_step.pool ? 1 : 0;
     alignas(64) float result[16 * kMostLanes];
-    for (int group = 0; group < outputs / lanes; ++group) {
-        const float* bias = weights.bias() + group * lanes;
-        for (int t = 0; t < count; ++t) {
-            const int x0 = (first + t) % tile_columns * 4, y0 = (first + t) / tile_columns * 4;
+    const std::ptrdiff_t next_group = graph_step.tensor >= 0 ? RowFloats(graph_step.tensor) : 0;
+    const std::ptrdiff_t next_row = next_group * (outputs / lanes);
+    for (int t = 0; t < count; ++t) {
+        const int x0 = (first + t) % tile_columns * 4, y0 = (first + t) / tile_columns * 4;
+        const int columns = std::min(4, width - x0) >> scale;
+        const int rows = std::min(4, height - y0) >> scale;
+        // A tile's rows lie one after another: rings of rows have whole tiles.
+        float* to = graph_step.tensor >= 0 ? Pixel(graph_step.tensor, y0 >> scale, 0, x0 >> scale)
+                                           : nullptr;
+        for (int group = 0; group < outputs / lanes; ++group) {
             const float* from = sums + static_cast<std::ptrdiff_t>(t) * outputs + group * lanes;
-            const bool whole = x0 + 4 <= width && y0 + 4 <= height;
-            const auto transform = [&](float* to, std::ptrdiff_t row) {
-                kernels_->transform_output(from, step, bias, graph_step.relu, graph_step.pool, to,
-                                           row);
-            };
-            if (graph_step.tensor >= 0 && whole) {
-                transform(Pixel(graph_step.tensor, y0 >> scale, group, x0 >> scale),
-                          static_cast<std::ptrdiff_t>(width >> scale) * (outputs / lanes) * lanes);
+            const float* bias = weights.bias() + group * lanes;
+            if (to != nullptr && columns == side && rows == side) {
+                kernels_->transform_output(from, step, bias, graph_step.relu, graph_step.pool,
+                                           to + group * next_group, next_row);
                 continue;
             }
-            transform(result, static_cast<std::ptrdiff_t>(side) * lanes);
-            const int columns = std::min(4, width - x0) >> scale;
-            const int rows = std::min(4, height - y0) >> scale;
+            kernels_->transform_output(from, step, bias, graph_step.relu, graph_step.pool, result,
+                                       static_cast<std::ptrdiff_t>(side) * lanes);
             for (int y = 0; y < rows; ++y) {
                 const float* line = result + side * y * lanes;
-                if (graph_step.tensor >= 0) {
-                    std::copy_n(line, columns * lanes,
-                                Pixel(graph_step.tensor, (y0 >> scale) + y, group, x0 >> scale));
+                if (to != nullptr) {
+                    std::copy_n(line, columns * lanes, to + group * next_group + y * next_row);
                 } else {
                     StoreOutputLine({x0, y0 + y, columns, 1}, group, line, target);
                 }
