@@ -33,13 +33,15 @@ float* Allocate(std::size_t bytes, std::size_t unit) {
 // What nobody has borrowed at present.
 class Pool {
   public:
-    // The smallest that is large enough, unless it is more than twice as large; else null.
+    // The smallest that is large enough, unless it is more than twice as large; else null. Of
+    // equal ones the last that was given back, which the caches may still have.
     float* Take(std::size_t* bytes) {
         const std::lock_guard lock(mutex_);
-        const auto found = free_.lower_bound(*bytes);
+        auto found = free_.lower_bound(*bytes);
         if (found == free_.end() || found->first > 2 * *bytes) {
             return nullptr;
         }
+        found = std::prev(free_.upper_bound(found->first));
         float* buffer = found->second;
         *bytes = found->first;
         bytes_ -= found->first;

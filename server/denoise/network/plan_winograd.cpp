@@ -23,6 +23,24 @@ std::ptrdiff_t Pitch(const WinogradWeights& weights, int lanes) {
 // the same few lines of the cache.
 std::ptrdiff_t Step(std::ptrdiff_t pitch, int tiles, int lanes) { return tiles * pitch + lanes; }
 
+struct Tile {
+    int x, y;  // of its first pixel, which may lie outside
+    bool inside;
+    const float* rows[6];
+    std::ptrdiff_t columns[6];
+};
+
+// A tile's pixels come late: what is read so many tiles ahead is there when it is needed.
+constexpr int kAhead = 3;
+
+void Prefetch(const Tile& tile) {
+    for (const float* row : tile.rows) {
+        for (int x = 2; x < 6; ++x) {  // the first two are the last ones of the tile before
+            __builtin_prefetch(row + tile.columns[x]);
+        }
+    }
+}
+
 }  // namespace
 
 std::size_t Plan::MatrixFloats(const Step& step) const {
@@ -90,12 +108,6 @@ void Plan::ReadTiles(std::size_t s, int first, int count, float* to) const {
     const int lanes = kernels_->lanes;
     const std::ptrdiff_t pitch = Pitch(weights, lanes);
     const std::ptrdiff_t step = denoise::Step(pitch, kTiles, lanes);
-    struct Tile {
-        int x, y;  // of its first pixel, which may lie outside
-        bool inside;
-        const float* rows[6];
-        std::ptrdiff_t columns[6];
-    };
     Tile tiles[kTiles];
     for (const GraphSource& source : graph_.steps[s].sources) {
         for (int t = 0; t < count; ++t) {
@@ -117,6 +129,7 @@ void Plan::ReadTiles(std::size_t s, int first, int count, float* to) const {
             for (int t = 0; t < count; ++t) {
                 Tile& tile = tiles[t];
                 float* at = to + t * pitch + group * lanes;
+                Prefetch(tiles[(t + kAhead) % count]);  // at the end the next group's
                 if (tile.inside) {
                     kernels_->transform_input(tile.rows, tile.columns, at, step);
                 } else {

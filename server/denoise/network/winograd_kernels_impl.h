@@ -20,25 +20,55 @@ inline void InputLine(const Floats* d, int at, Floats* to) {
     to[5 * at] = (d1 * 4.0f + d5) - 5.0f * d3;
 }
 
+// Two of the six columns of the result, 0 and 5, 1 and 2, or 3 and 4: more would not stay in
+// registers.
+template <int kColumn>
+inline void TransformColumns(const float* const* rows, const std::ptrdiff_t* columns, float* to,
+                             std::ptrdiff_t step) {
+    Floats first[6], second[6];
+#pragma GCC unroll 6
+    for (int y = 0; y < 6; ++y) {
+        const float* row = rows[y];
+        if constexpr (kColumn == 0) {
+            const Floats d0 = Load(row + columns[0]), d1 = Load(row + columns[1]),
+                         d2 = Load(row + columns[2]), d3 = Load(row + columns[3]),
+                         d4 = Load(row + columns[4]), d5 = Load(row + columns[5]);
+            first[y] = (d0 * 4.0f + d4) - 5.0f * d2;
+            second[y] = (d1 * 4.0f + d5) - 5.0f * d3;
+        } else {
+            const Floats d1 = Load(row + columns[1]), d2 = Load(row + columns[2]),
+                         d3 = Load(row + columns[3]), d4 = Load(row + columns[4]);
+            if constexpr (kColumn == 1) {
+                const Floats a = d4 - 4.0f * d2, b = d3 - 4.0f * d1;
+                first[y] = a + b;
+                second[y] = a - b;
+            } else {
+                const Floats c = d4 - d2, e = d3 - d1;
+                first[y] = c + 2.0f * e;
+                second[y] = c - 2.0f * e;
+            }
+        }
+    }
+    constexpr int kFirst = kColumn == 0 ? 0 : 2 * kColumn - 1,
+                  kSecond = kColumn == 0 ? 5 : 2 * kColumn;
+    Floats out[6];
+    InputLine(first, 1, out);
+#pragma GCC unroll 6
+    for (int y = 0; y < 6; ++y) {
+        Store(to + (6 * y + kFirst) * step, out[y]);
+    }
+    InputLine(second, 1, out);
+#pragma GCC unroll 6
+    for (int y = 0; y < 6; ++y) {
+        Store(to + (6 * y + kSecond) * step, out[y]);
+    }
+}
+
 void TransformInput(const float* const* rows, const std::ptrdiff_t* columns, float* to,
                     std::ptrdiff_t step) {
-    Floats tile[36];
-    for (int y = 0; y < 6; ++y) {
-        Floats line[6], out[6];
-        for (int x = 0; x < 6; ++x) {
-            line[x] = Load(rows[y] + columns[x]);
-        }
-        InputLine(line, 1, out);
-        for (int x = 0; x < 6; ++x) {
-            tile[6 * y + x] = out[x];
-        }
-    }
-    for (int x = 0; x < 6; ++x) {
-        InputLine(tile + x, 6, tile + x);
-        for (int y = 0; y < 6; ++y) {
-            Store(to + (6 * y + x) * step, tile[6 * y + x]);
-        }
-    }
+    TransformColumns<0>(rows, columns, to, step);
+    TransformColumns<1>(rows, columns, to, step);
+    TransformColumns<2>(rows, columns, to, step);
 }
 
 inline void OutputLine(const Floats* m, int at, Floats* to, int to_at) {
