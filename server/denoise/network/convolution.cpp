@@ -48,7 +48,7 @@ using Format = dnnl::memory::format_tag;
 using Description = dnnl::convolution_forward::primitive_desc;
 constexpr auto kFloat = dnnl::memory::data_type::f32;
 
-Description Describe(const ConvolutionShape& s, dnnl::algorithm algorithm) {
+Description Describe(const ConvolutionShape& s) {
     const auto pixels = ChannelLanes() == 16 ? Format::nChw16c : Format::nChw8c;
     const int more = s.kernel - 1;
     const dnnl::memory::desc from({1, s.inputs, s.rows + more, s.columns + more}, kFloat, pixels);
@@ -63,34 +63,26 @@ Description Describe(const ConvolutionShape& s, dnnl::algorithm algorithm) {
         after.append_eltwise(1, dnnl::algorithm::eltwise_relu, 0, 0);
         attributes.set_post_ops(after);
     }
-    return {dnnl::convolution_forward::desc(dnnl::prop_kind::forward_inference, algorithm, from,
-                                            weights, bias, to, {1, 1}, {0, 0}, {0, 0}),
+    return {dnnl::convolution_forward::desc(dnnl::prop_kind::forward_inference,
+                                            dnnl::algorithm::convolution_direct, from, weights,
+                                            bias, to, {1, 1}, {0, 0}, {0, 0}),
             attributes, Cpu()};
-}
-
-// Winograd's way takes a quarter to a half of the multiplications, where oneDNN has it: for 3x3
-// kernels and AVX-512.
-Description DescribeBest(const ConvolutionShape& shape) {
-    if (shape.kernel == 3) {
-        try {
-            return Describe(shape, dnnl::algorithm::convolution_winograd);
-        } catch (const dnnl::error& error) {
-            if (error.status != dnnl_unimplemented) {
-                throw;
-            }
-        }
-    }
-    return Describe(shape, dnnl::algorithm::convolution_direct);
 }
 
 }  // namespace
 
-int ChannelLanes() {
+int ChannelLanes() { return std::max(VectorLanes(), 8); }
+
+int VectorLanes() {
     // One bit a set of instructions.
-    constexpr auto kWide = static_cast<unsigned>(dnnl::cpu_isa::avx512_core);
-    static const bool wide =
-        (static_cast<unsigned>(dnnl::get_effective_cpu_isa()) & kWide) == kWide;
-    return wide ? 16 : 8;
+    static const auto has = [](dnnl::cpu_isa instructions) {
+        const auto bits = static_cast<unsigned>(instructions);
+        return (static_cast<unsigned>(dnnl::get_effective_cpu_isa()) & bits) == bits;
+    };
+    static const int lanes = has(dnnl::cpu_isa::avx512_core) ? 16
+                             : has(dnnl::cpu_isa::avx2)      ? 8
+                                                             : 4;
+    return lanes;
 }
 
 // Few layouts are asked for; of more, as an image of each size may want its own, the oldest go.
@@ -136,7 +128,7 @@ ConvolutionWeights& ConvolutionWeights::operator=(ConvolutionWeights&&) noexcept
 
 struct BlockConvolution::Impl {
     explicit Impl(const ConvolutionShape& shape)
-        : description(DescribeBest(shape)), convolution(description) {}
+        : description(Describe(shape)), convolution(description) {}
 
     Description description;
     dnnl::convolution_forward convolution;

@@ -8,6 +8,8 @@ namespace relume::denoise {
 // Channels that lie side by side in memory, as this processor's instructions like them: 16 or 8.
 // Pixels of more channels are cut into groups of so many, the last filled up with zeros.
 int ChannelLanes();
+// Numbers of a vector in these instructions: 16, 8 or 4.
+int VectorLanes();
 
 // The convolution of a block of an image by one thread, float32: the one place that knows oneDNN.
 struct ConvolutionShape {

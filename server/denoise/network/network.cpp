@@ -7,7 +7,6 @@
 #include <list>
 #include <map>
 #include <mutex>
-#include <optional>
 #include <utility>
 
 #include "core/base/error.h"
@@ -75,7 +74,7 @@ Tiling ChooseTiling(const Graph& graph, int width, int height, std::size_t most_
 struct Network::Impl {
     static constexpr std::size_t kMostKept = std::size_t{48} << 20;  // bytes in all
 
-    explicit Impl(Graph lowered) : weights(FillUpWeights(&lowered)), graph(std::move(lowered)) {}
+    explicit Impl(Graph lowered) : weights(PrepareWeights(&lowered)), graph(std::move(lowered)) {}
 
     std::unique_ptr<Plan> TakePlan(int width, int height) const {
         {
@@ -105,7 +104,7 @@ struct Network::Impl {
         }
     }
 
-    const std::vector<std::optional<ConvolutionWeights>> weights;  // of the graph's steps
+    const std::vector<StepWeights> weights;
     const Graph graph;
     mutable std::mutex mutex;
     mutable std::list<std::unique_ptr<Plan>> plans;  // under mutex: not in use, the last one first

@@ -46,13 +46,13 @@ inline LayerSpec Concatenate(std::string name, std::vector<std::string> inputs) 
     return {LayerKind::kConcatenate, std::move(name), std::move(inputs)};
 }
 
-// A network ready to run: float32, convolutions by oneDNN.
+// A network ready to run: float32, 3x3 convolutions by Winograd's way (network/winograd_kernels.h)
+// where there is AVX2 or AVX-512, others by oneDNN.
 //
-// The same bits for any number of threads: images are cut into blocks by their size alone, and a
-// block is one thread's. oneDNN takes the instructions that the processor has, and sums in the
-// order that suits them (3x3 kernels by Winograd's way where there is AVX-512, whose rounding
-// errors are some 1e-6 of the largest values near by): results of different processors differ by
-// rounding.
+// The same bits for any number of threads: images are cut into tiles and blocks by their size
+// alone, and each is one thread's. The instructions are those that the processor has, and sums are
+// in the order that suits them (errors of Winograd's way are some 1e-6 of the largest values near
+// by): results of different processors differ by rounding.
 class Network {
   public:
     // A graph that the weights don't fit throws kInvalidArgument, which names `source` and the
@@ -73,7 +73,7 @@ class Network {
     // `inputs`: a plane a channel, each width x height, row-major. Returns as many planes as there
     // are outputs. Thread-safe. A frame whose tensors would take more than `most_bytes` at one time
     // is done in tiles that overlap by the halo, the same but for rounding: the default is met by
-    // some two megapixels of Open Image Denoise's base network. Throws kCancelled soon after
+    // some five megapixels of Open Image Denoise's base network. Throws kCancelled soon after
     // `cancel` is set.
     static constexpr std::size_t kMostBytes = std::size_t{1} << 30;
     std::vector<Plane> Run(std::span<const float* const> inputs, int width, int height,

@@ -17,69 +17,21 @@ constexpr int kFewestRows = 8, kMostRows = 64;
 
 int RoundUp(int value, int to) { return (value + to - 1) / to * to; }
 
-int GroupsOf(const Graph& graph, int tensor) {
-    const int lanes = ChannelLanes();
-    return (graph.tensors[static_cast<std::size_t>(tensor)].channels + lanes - 1) / lanes;
-}
-
-// Channels of the sources, each filled up to groups of its own.
-int Inputs(const Graph& graph, const GraphStep& step) {
-    int inputs = 0;
-    for (const GraphSource& source : step.sources) {
-        inputs += GroupsOf(graph, source.tensor) * ChannelLanes();
-    }
-    return inputs;
-}
-
-int Outputs(const GraphStep& step) { return RoundUp(step.outputs, ChannelLanes()); }
-
-ConvolutionWeights FillUp(const Graph& graph, const GraphStep& step) {
-    const int inputs = Inputs(graph, step), outputs = Outputs(step);
-    const auto area = static_cast<std::size_t>(step.kernel * step.kernel);
-    std::vector<float> weights(static_cast<std::size_t>(inputs * outputs) * area);
-    for (int o = 0; o < step.outputs; ++o) {
-        int from = o * step.inputs, to = o * inputs;
-        for (const GraphSource& source : step.sources) {
-            const int channels = graph.tensors[static_cast<std::size_t>(source.tensor)].channels;
-            std::copy_n(step.weights.begin() + static_cast<std::ptrdiff_t>(from * area),
-                        static_cast<std::size_t>(channels) * area,
-                        weights.begin() + static_cast<std::ptrdiff_t>(to * area));
-            from += channels;
-            to += RoundUp(channels, ChannelLanes());
-        }
-    }
-    std::vector<float> bias = step.bias;
-    bias.resize(static_cast<std::size_t>(outputs));
-    return {std::move(weights), std::move(bias)};
-}
-
 }  // namespace
 
-std::vector<std::optional<ConvolutionWeights>> FillUpWeights(Graph* graph) {
-    std::vector<std::optional<ConvolutionWeights>> weights(graph->steps.size());
-    for (std::size_t s = 0; s < weights.size(); ++s) {
-        GraphStep& step = graph->steps[s];
-        if (step.kernel > 0) {
-            weights[s] = FillUp(*graph, step);
-            step.weights = {};
-            step.bias = {};
-        }
-    }
-    return weights;
-}
-
-Plan::Plan(const Graph& graph, const std::vector<std::optional<ConvolutionWeights>>& weights,
-           int width, int height)
+Plan::Plan(const Graph& graph, const std::vector<StepWeights>& weights, int width, int height)
     : graph_(graph),
       width_(width),
       height_(height),
       lanes_(static_cast<std::size_t>(ChannelLanes())),
+      kernels_(FindWinogradKernels(VectorLanes())),
       memory_(LayOut(graph, width, height)) {
     for (const std::size_t size : memory_.sizes) {
-        buffers_.push_back(AllocateBuffer(size));
+        buffers_.push_back(BorrowBuffer(size));
     }
     for (std::size_t s = 0; s < weights.size(); ++s) {
-        steps_.push_back(PlanStep(graph.steps[s], weights[s] ? &*weights[s] : nullptr));
+        steps_.push_back(PlanStep(graph.steps[s], weights[s]));
+        matrix_floats_ = std::max(matrix_floats_, MatrixFloats(steps_.back()));
     }
 }
 
@@ -89,14 +41,18 @@ Plan::~Plan() {
     scratch_.clear();
 }
 
-Plan::Step Plan::PlanStep(const GraphStep& step, const ConvolutionWeights* weights) const {
+Plan::Step Plan::PlanStep(const GraphStep& step, const StepWeights& weights) const {
     Step planned;
     planned.width = width_ >> step.scale;
     planned.height = height_ >> step.scale;
-    planned.inputs = Inputs(graph_, step);
-    planned.outputs = weights ? Outputs(step) : planned.inputs;
+    if (weights.winograd) {
+        planned.winograd = &*weights.winograd;
+        return planned;
+    }
+    planned.inputs = FilledInputs(graph_, step);
+    planned.outputs = weights.convolution ? FilledOutputs(step) : planned.inputs;
 
-    // Sides of blocks are multiples of 4, Winograd's tile, and even, as pooling takes two.
+    // Sides of blocks are even, as pooling takes two.
     const int columns = (planned.width + kMostColumns - 1) / kMostColumns;
     planned.block_columns =
         std::min(RoundUp((planned.width + columns - 1) / columns, 4), planned.width);
@@ -106,7 +62,7 @@ Plan::Step Plan::PlanStep(const GraphStep& step, const ConvolutionWeights* weigh
         static_cast<int>(std::clamp<double>(kBlockProducts / products, kFewestRows, kMostRows));
     planned.block_rows = std::min(rows / 4 * 4, planned.height);
 
-    if (weights) {
+    if (weights.convolution) {
         const int last_columns = planned.width % planned.block_columns;
         const int last_rows = planned.height % planned.block_rows;
         for (const int kind : {0, 1, 2, 3}) {
@@ -117,7 +73,8 @@ Plan::Step Plan::PlanStep(const GraphStep& step, const ConvolutionWeights* weigh
                                             kind % 2 == 0 ? planned.block_columns : last_columns,
                                             step.relu};
             if (shape.rows > 0 && shape.columns > 0) {
-                planned.convolutions[kind] = std::make_unique<BlockConvolution>(shape, *weights);
+                planned.convolutions[kind] =
+                    std::make_unique<BlockConvolution>(shape, *weights.convolution);
             }
         }
     }
@@ -131,6 +88,7 @@ std::size_t Plan::bytes() const {
         bytes += (scratch->input.capacity() + scratch->result.capacity() +
                   scratch->convolution.capacity()) *
                  sizeof(float);
+        bytes += scratch->matrices ? matrix_floats_ * sizeof(float) : 0;
     }
     return bytes;
 }
@@ -140,8 +98,9 @@ int Plan::Groups(int tensor) const { return GroupsOf(graph_, tensor); }
 float* Plan::Pixel(int tensor, int y, int group, int x) const {
     const auto t = static_cast<std::size_t>(tensor);
     const int width = width_ >> graph_.tensors[t].scale;
-    const std::size_t row = static_cast<std::size_t>(y) * static_cast<std::size_t>(Groups(tensor)) +
-                            static_cast<std::size_t>(group);
+    const std::size_t row =
+        static_cast<std::size_t>(y % memory_.rows[t]) * static_cast<std::size_t>(Groups(tensor)) +
+        static_cast<std::size_t>(group);
     return buffers_[static_cast<std::size_t>(memory_.buffer[t])].get() +
            (row * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)) * lanes_;
 }
@@ -237,22 +196,22 @@ void Plan::StorePooled(const GraphStep& step, const Block& block, const float* r
     }
 }
 
-void Plan::StoreOutput(const Block& block, const float* result, int image_width,
-                       const PlanTile& tile, std::vector<Plane>* outputs) const {
+void Plan::StoreOutput(const Block& block, const float* result, const Target& target) const {
+    const PlanTile& tile = *target.tile;
     const auto row = static_cast<std::size_t>(block.columns) * lanes_;
     const int x0 = std::max(block.x, tile.inner_x - tile.x);
     const int x1 = std::min(block.x + block.columns, tile.inner_x + tile.inner_width - tile.x);
     const int y0 = std::max(block.y, tile.inner_y - tile.y);
     const int y1 = std::min(block.y + block.rows, tile.inner_y + tile.inner_height - tile.y);
-    for (std::size_t c = 0; c < outputs->size(); ++c) {
+    for (std::size_t c = 0; c < target.outputs->size(); ++c) {
         const float* group =
             result + c / lanes_ * static_cast<std::size_t>(block.rows) * row + c % lanes_;
         for (int y = y0; y < y1; ++y) {
             const float* from = group + static_cast<std::size_t>(y - block.y) * row;
-            float* to =
-                (*outputs)[c].data() +
-                static_cast<std::size_t>(tile.y + y) * static_cast<std::size_t>(image_width) +
-                static_cast<std::size_t>(tile.x);
+            float* to = (*target.outputs)[c].data() +
+                        static_cast<std::size_t>(tile.y + y) *
+                            static_cast<std::size_t>(target.image_width) +
+                        static_cast<std::size_t>(tile.x);
             for (int x = x0; x < x1; ++x) {
                 to[x] = from[static_cast<std::size_t>(x - block.x) * lanes_];
             }
@@ -260,34 +219,27 @@ void Plan::StoreOutput(const Block& block, const float* result, int image_width,
     }
 }
 
-// Given back in the end, so that who comes later need not touch fresh memory.
-class Plan::Borrowed {
-  public:
-    explicit Borrowed(Plan* plan) : plan_(plan) {
+Plan::Borrowed::Borrowed(Plan* plan) : plan_(plan) {
+    {
         const std::lock_guard lock(plan_->mutex_);
-        if (plan_->scratch_.empty()) {
-            scratch_ = std::make_unique<Scratch>();
-        } else {
+        if (!plan_->scratch_.empty()) {
             scratch_ = std::move(plan_->scratch_.back());
             plan_->scratch_.pop_back();
+            return;
         }
     }
-    ~Borrowed() {
-        const std::lock_guard lock(plan_->mutex_);
-        plan_->scratch_.push_back(std::move(scratch_));
+    scratch_ = std::make_unique<Scratch>();
+    if (plan_->matrix_floats_ > 0) {
+        scratch_->matrices = BorrowBuffer(plan_->matrix_floats_);
     }
-    Borrowed(const Borrowed&) = delete;
-    Borrowed& operator=(const Borrowed&) = delete;
+}
 
-    Scratch* operator->() const { return scratch_.get(); }
+Plan::Borrowed::~Borrowed() {
+    const std::lock_guard lock(plan_->mutex_);
+    plan_->scratch_.push_back(std::move(scratch_));
+}
 
-  private:
-    Plan* plan_;
-    std::unique_ptr<Scratch> scratch_;
-};
-
-void Plan::RunBlock(std::size_t s, const Block& block, int image_width, const PlanTile& tile,
-                    std::vector<Plane>* outputs) {
+void Plan::RunBlock(std::size_t s, const Block& block, const Target& target) {
     const GraphStep& step = graph_.steps[s];
     const Step& planned = steps_[s];
     const Borrowed scratch(this);
@@ -306,7 +258,7 @@ void Plan::RunBlock(std::size_t s, const Block& block, int image_width, const Pl
         result = scratch->result.data();
     }
     if (step.tensor < 0) {
-        StoreOutput(block, result, image_width, tile, outputs);
+        StoreOutput(block, result, target);
     } else if (step.pool) {
         StorePooled(step, block, result);
     } else {
@@ -314,25 +266,34 @@ void Plan::RunBlock(std::size_t s, const Block& block, int image_width, const Pl
     }
 }
 
+void Plan::RunStep(std::size_t s, const Target& target, const CancelToken& cancel) {
+    const Step& step = steps_[s];
+    const int columns = (step.width + step.block_columns - 1) / step.block_columns;
+    const int rows = (step.height + step.block_rows - 1) / step.block_rows;
+    ParallelFor(0, static_cast<std::size_t>(columns * rows), 1,
+                [&](std::size_t begin, std::size_t end) {
+                    for (auto b = static_cast<int>(begin); b < static_cast<int>(end); ++b) {
+                        ThrowIfCancelled(cancel);
+                        const int x = b % columns * step.block_columns;
+                        const int y = b / columns * step.block_rows;
+                        RunBlock(s,
+                                 {x, y, std::min(step.block_columns, step.width - x),
+                                  std::min(step.block_rows, step.height - y)},
+                                 target);
+                    }
+                });
+}
+
 void Plan::Run(std::span<const float* const> inputs, int image_width, int image_height,
                const PlanTile& tile, std::vector<Plane>* outputs, const CancelToken& cancel) {
     ReadInput(inputs, image_width, image_height, tile);
-    for (std::size_t s = 0; s < steps_.size(); ++s) {
-        const Step& step = steps_[s];
-        const int columns = (step.width + step.block_columns - 1) / step.block_columns;
-        const int rows = (step.height + step.block_rows - 1) / step.block_rows;
-        ParallelFor(0, static_cast<std::size_t>(columns * rows), 1,
-                    [&](std::size_t begin, std::size_t end) {
-                        for (auto b = static_cast<int>(begin); b < static_cast<int>(end); ++b) {
-                            ThrowIfCancelled(cancel);
-                            const int x = b % columns * step.block_columns;
-                            const int y = b / columns * step.block_rows;
-                            RunBlock(s,
-                                     {x, y, std::min(step.block_columns, step.width - x),
-                                      std::min(step.block_rows, step.height - y)},
-                                     image_width, tile, outputs);
-                        }
-                    });
+    const Target target = {image_width, &tile, outputs};
+    for (const PlanChain& chain : memory_.chains) {
+        if (steps_[static_cast<std::size_t>(chain.first)].winograd != nullptr) {
+            RunChain(chain, target, cancel);
+        } else {
+            RunStep(static_cast<std::size_t>(chain.first), target, cancel);
+        }
     }
 }
 

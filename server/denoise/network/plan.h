@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -11,24 +10,10 @@
 #include "server/denoise/frame.h"
 #include "server/denoise/network/convolution.h"
 #include "server/denoise/network/graph.h"
+#include "server/denoise/network/plan_memory.h"
+#include "server/denoise/network/step_weights.h"
 
 namespace relume::denoise {
-
-// Numbers that a graph's tensors take at one time, with the buffers that they share.
-struct PlanMemory {
-    std::vector<int> buffer;         // of each tensor
-    std::vector<std::size_t> sizes;  // of each buffer, floats
-    std::size_t bytes() const;
-};
-// Of an input of width x height pixels, multiples of the graph's alignment.
-PlanMemory LayOut(const Graph& graph, int width, int height);
-
-struct FreeBuffer {
-    void operator()(float* buffer) const;
-};
-using PlanBuffer = std::unique_ptr<float[], FreeBuffer>;
-// Of any content; on large pages, as there are hundreds of megabytes to be touched a first time.
-PlanBuffer AllocateBuffer(std::size_t floats);
 
 // Part of an image that a plan is run on: `inner` is what counts.
 struct PlanTile {
@@ -37,19 +22,14 @@ struct PlanTile {
     int inner_width, inner_height;
 };
 
-// The weights of a graph's steps, filled up with zeros to whole groups of channels. By step; empty
-// where it has no kernel. The graph's own are gone then: nobody else needs them.
-std::vector<std::optional<ConvolutionWeights>> FillUpWeights(Graph* graph);
-
-// A graph made ready for inputs of one size. Each step goes over its pixels in blocks, which
-// threads take one by one. Tensors lie in memory by row, group of channels (convolution.h), column,
-// channel of the group.
+// A graph made ready for inputs of one size. Each step goes over its pixels in blocks, or in groups
+// of Winograd's tiles, which threads take one by one. Tensors lie in memory by row, group of
+// channels (convolution.h), column, channel of the group.
 class Plan {
   public:
-    // `width`, `height`: multiples of the graph's alignment. The graph must outlive it. `weights`:
-    // FillUpWeights of it.
-    Plan(const Graph& graph, const std::vector<std::optional<ConvolutionWeights>>& weights,
-         int width, int height);
+    // `width`, `height`: multiples of the graph's alignment. `weights`: PrepareWeights of
+    // the graph. Both must outlive it.
+    Plan(const Graph& graph, const std::vector<StepWeights>& weights, int width, int height);
     ~Plan();
     Plan(const Plan&) = delete;
     Plan& operator=(const Plan&) = delete;
@@ -72,35 +52,74 @@ class Plan {
         // For whole blocks, for those of the last column, row, and the last: [2 * last row + last
         // column]; empty where there is no such.
         std::unique_ptr<BlockConvolution> convolutions[4];
+        const WinogradWeights* winograd = nullptr;
     };
     struct Block {
         int x, y, columns, rows;  // of the step's pixels
     };
-    // What a thread needs for a block: what it reads, its result, and oneDNN's own.
+    // Where the result goes.
+    struct Target {
+        int image_width;
+        const PlanTile* tile;
+        std::vector<Plane>* outputs;
+    };
+    // What a thread needs for a block: what it reads, its result, and oneDNN's own; for tiles: two
+    // times 36 matrices.
     struct Scratch {
         std::vector<float> input, result, convolution;
+        PlanBuffer matrices;
     };
-    class Borrowed;  // a Scratch
+    // A Scratch, given back in the end, so that who comes later need not touch fresh memory.
+    class Borrowed {
+      public:
+        explicit Borrowed(Plan* plan);
+        ~Borrowed();
+        Borrowed(const Borrowed&) = delete;
+        Borrowed& operator=(const Borrowed&) = delete;
 
-    Step PlanStep(const GraphStep& step, const ConvolutionWeights* weights) const;
+        Scratch* operator->() const { return scratch_.get(); }
+
+      private:
+        Plan* plan_;
+        std::unique_ptr<Scratch> scratch_;
+    };
+    // Winograd's tiles that a thread takes at a time: their matrices stay in its cache, and are
+    // high enough for the weights, which are read once for all of them.
+    static constexpr int kTiles = 24;
+
+    Step PlanStep(const GraphStep& step, const StepWeights& weights) const;
+    void RunStep(std::size_t s, const Target& target, const CancelToken& cancel);
+    void RunChain(const PlanChain& chain, const Target& target, const CancelToken& cancel);
     int Groups(int tensor) const;
     float* Pixel(int tensor, int y, int group, int x) const;
     void ReadInput(std::span<const float* const> inputs, int image_width, int image_height,
                    const PlanTile& tile) const;
-    void RunBlock(std::size_t s, const Block& block, int image_width, const PlanTile& tile,
-                  std::vector<Plane>* outputs);
+    void RunBlock(std::size_t s, const Block& block, const Target& target);
     void Gather(const GraphStep& step, const Block& block, std::vector<float>* to) const;
     void Store(const GraphStep& step, const Block& block, const float* result) const;
     void StorePooled(const GraphStep& step, const Block& block, const float* result) const;
-    void StoreOutput(const Block& block, const float* result, int image_width, const PlanTile& tile,
-                     std::vector<Plane>* outputs) const;
+    void StoreOutput(const Block& block, const float* result, const Target& target) const;
+
+    // plan_winograd.cpp
+    std::ptrdiff_t RowFloats(int tensor) const;
+    std::size_t MatrixFloats(const Step& step) const;
+    void RunTiles(std::size_t s, int first, int count, const Target& target);
+    void ReadTiles(std::size_t s, int first, int count, float* to) const;
+    void TransformBorder(const float* const* rows, const std::ptrdiff_t* columns, int x0, int y0,
+                         int width, int height, float* to, std::ptrdiff_t step) const;
+    void StoreTiles(std::size_t s, int first, int count, const float* sums,
+                    const Target& target) const;
+    void StoreOutputLine(const Block& line, int group, const float* result,
+                         const Target& target) const;
 
     const Graph& graph_;
     int width_, height_;
     std::size_t lanes_;
+    const WinogradKernels* kernels_;  // null: none
     PlanMemory memory_;
     std::vector<PlanBuffer> buffers_;
     std::vector<Step> steps_;
+    std::size_t matrix_floats_ = 0;  // of a Scratch
     mutable std::mutex mutex_;
     std::vector<std::unique_ptr<Scratch>> scratch_;  // under mutex_: not in use
 };
