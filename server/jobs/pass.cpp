@@ -107,6 +107,7 @@ void Pass::Restore(const std::vector<std::uint32_t>& merged, const std::vector<d
     for (Unit& unit : units_) {
         if (LayerOf(unit) < tiles_[unit.tile].merged) {
             unit.done = true;
+            merged_samples_ += unit.samples;
             left_ -= unit.samples;
             left_but_cover_ -= unit.cover ? 0 : unit.samples;
             --unmerged_;
@@ -124,11 +125,17 @@ void Pass::Accept(std::size_t unit, TileResult result, const std::string& worker
     tiles_[u.tile].waiting.emplace(LayerOf(u), Waiting{std::move(result), worker, u.samples});
 }
 
-void Pass::Merge(std::size_t index, bool open, Film* film) {
+void Pass::Merge(std::size_t index, bool open, Film* film,
+                 const std::function<void(bool cover, const Waiting&)>& before) {
     Tile& tile = tiles_[index];
     while (!tile.waiting.empty() && tile.waiting.begin()->first == tile.merged &&
            (open || tile.merged < tile.first_cover)) {
-        film->Merge(tile.waiting.begin()->second.result);
+        const Waiting& next = tile.waiting.begin()->second;
+        if (before) {
+            before(tile.merged >= tile.first_cover, next);
+        }
+        film->Merge(next.result);
+        merged_samples_ += next.samples;
         tile.waiting.erase(tile.waiting.begin());
         --unmerged_;
         unmerged_but_cover_ -= tile.merged < tile.first_cover ? 1 : 0;
@@ -141,9 +148,9 @@ void Pass::Merge(std::size_t index, bool open, Film* film) {
 }
 
 std::vector<std::uint32_t> Pass::NextFirst() const {
-    std::vector<std::uint32_t> next(plan_->first);
+    std::vector<std::uint32_t> next(plan_->first.size());
     for (std::size_t i = 0; i < next.size(); ++i) {
-        next[i] += plan_->counts[i];
+        next[i] = plan_->first[i] + plan_->counts[i];
     }
     return next;
 }
