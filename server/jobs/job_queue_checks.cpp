@@ -109,7 +109,8 @@ void JobQueue::Quarantine(const std::string& name, const std::string& why, TimeP
     {
         const LogScope scope({.worker = name});
         spdlog::error(
-            "worker {}: in quarantine, it gets no more leases until it is released or started anew: {}",
+            "worker {}: in quarantine, it gets no more leases until it is released or started "
+            "anew: {}",
             name, why);
     }
     if (it != workers_.end()) {

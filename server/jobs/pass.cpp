@@ -62,17 +62,27 @@ Pass::Pass(const TileRect& window, int tile_size, std::shared_ptr<const PassPlan
 
 // The units of one part of a tile; how many.
 std::uint32_t Pass::AddUnits(std::uint32_t tile, bool cover) {
-    std::vector<std::uint64_t> layers;
+    // For each number of whole layers the pixels that have so many, and the samples beyond them.
+    std::vector<std::uint64_t> pixels, rest;
     ForEachPixel(tiles_[tile].rect, [&](std::size_t i) {
         const std::uint32_t count = Count(i, cover);
-        const std::size_t needed = (count + kMaxSamplesPerLease - 1) / kMaxSamplesPerLease;
-        if (layers.size() < needed) {
-            layers.resize(needed, 0);
+        const std::size_t whole = count / kMaxSamplesPerLease;
+        if (pixels.size() <= whole) {
+            pixels.resize(whole + 1, 0);
+            rest.resize(whole + 1, 0);
         }
-        for (std::size_t layer = 0; layer < needed; ++layer) {
-            layers[layer] += LayerCount(count, static_cast<std::uint32_t>(layer));
-        }
+        ++pixels[whole];
+        rest[whole] += count % kMaxSamplesPerLease;
     });
+    std::vector<std::uint64_t> layers(pixels.size());
+    std::uint64_t reach = 0;  // pixels with more whole layers than this one's number
+    for (std::size_t layer = pixels.size(); layer-- > 0;) {
+        layers[layer] = reach * kMaxSamplesPerLease + rest[layer];
+        reach += pixels[layer];
+    }
+    if (layers.back() == 0) {
+        layers.pop_back();
+    }
     for (std::uint32_t layer = 0; layer < layers.size(); ++layer) {
         units_.push_back({tile, layer, cover, false, layers[layer]});
     }

@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kShare = 50;        // seconds between saves for each second that one takes
 constexpr double kRetrySeconds = 2;  // after a save that failed
-constexpr std::size_t kTilesAtOnce = 8;
+constexpr std::size_t kTilesAtOnce = 2;
 constexpr int kSnapshotsKept = 2;
 constexpr const char* kFormat = "relume film 2";
 

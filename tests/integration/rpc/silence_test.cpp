@@ -35,8 +35,8 @@ class SilenceTest : public testing::Test {
         builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
         builder.RegisterService(service.get());
         server = builder.BuildAndStart();
-        stub = v1::WorkerService::NewStub(grpc::CreateChannel(
-            "127.0.0.1:" + std::to_string(port), grpc::InsecureChannelCredentials()));
+        stub = v1::WorkerService::NewStub(grpc::CreateChannel("127.0.0.1:" + std::to_string(port),
+                                                              grpc::InsecureChannelCredentials()));
     }
     ~SilenceTest() override {
         server->Shutdown(std::chrono::system_clock::now());

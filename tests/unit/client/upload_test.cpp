@@ -71,9 +71,8 @@ class UploadTest : public testing::Test {
         server->Wait();
     }
     void Upload() {
-        client->UploadScene(scene, [&](std::uint64_t done, std::uint64_t due) {
-            EXPECT_LE(done, due);
-        });
+        client->UploadScene(scene,
+                            [&](std::uint64_t done, std::uint64_t due) { EXPECT_LE(done, due); });
     }
 
     TemporaryFolder folder;

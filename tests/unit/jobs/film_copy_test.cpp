@@ -80,9 +80,10 @@ TEST(FilmCopy, WhatWasPlannedBeforeItBeganIsMergedWithoutCopyingAhead) {
     ASSERT_TRUE(farm.Answer(1));
     PlanNow(&farm.queue, {});
     Tiles tiles;
-    ASSERT_NE(farm.queue.BeginCopy(kJob, [&](std::size_t tile, std::string bytes) {
-        tiles[tile] = std::move(bytes);
-    }), nullptr);
+    ASSERT_NE(
+        farm.queue.BeginCopy(
+            kJob, [&](std::size_t tile, std::string bytes) { tiles[tile] = std::move(bytes); }),
+        nullptr);
     ASSERT_TRUE(farm.Answer(3 * 4 - 1));  // all of the three
     EXPECT_TRUE(tiles.empty());
     ASSERT_TRUE(farm.Answer(1));  // of a later one
@@ -100,7 +101,7 @@ TEST(FilmCopy, WhatWasPlannedBeforeItBeganIsMergedWithoutCopyingAhead) {
 
 // At whatever moment a copy begins and however slowly it is made.
 TEST(FilmCopy, AJobGoesOnFromItToTheSameBits) {
-    for (const std::string sampler : {"uniform", "neyman", "noise"}) {
+    for (const std::string sampler : {"uniform", "adaptive", "paper:mode=corrected"}) {
         Farm direct(sampler);
         const auto film = direct.Finish();
         ASSERT_NE(film, nullptr) << sampler;
