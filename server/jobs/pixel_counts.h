@@ -21,7 +21,7 @@ class PixelCounts {
         if (size_ > 0 && std::all_of(counts_.begin(), counts_.end(),
                                      [&](std::uint32_t c) { return c == counts_[0]; })) {
             count_ = counts_[0];
-            counts_ = {};
+            std::vector<std::uint32_t>().swap(counts_);  // gives the memory back
         }
     }
 
