@@ -150,11 +150,11 @@ void BlobCache::Ensure(const std::string& sha256, std::uint64_t size, const Blob
         try {
             Download(sha256, size, fetch);
             return;
-        } catch (const Error& error) {
-            if (error.code() != ErrorCode::kDataLoss || attempt == kFetchAttempts) {
+        } catch (const Error& damage) {
+            if (damage.code() != ErrorCode::kDataLoss || attempt == kFetchAttempts) {
                 throw;
             }
-            spdlog::warn("cache: {}; fetching it again", error.what());
+            spdlog::warn("cache: {}; fetching it again", damage.what());
         }
     }
 }
