@@ -136,7 +136,8 @@ int main(int argc, char** argv) {
     }
     std::signal(SIGPIPE, SIG_IGN);
     // Buffers of a few hundred KB come and go with each lease: they are kept, not given back to the
-    // kernel and cleared by it again.
+    // kernel and cleared by it again. By all threads in common: each would keep tens of megabytes.
+    mallopt(M_ARENA_MAX, 1);
     mallopt(M_MMAP_THRESHOLD, 32 << 20);
     mallopt(M_TRIM_THRESHOLD, 128 << 20);
     try {

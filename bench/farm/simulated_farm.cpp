@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "proto/codec/codec.h"
@@ -77,6 +78,11 @@ class SimulatedFarm::Worker final
         Send(ToBuffer(message));
     }
     void Answered() { --held_; }
+    // Nobody waits for the answer to this lease any more.
+    bool TakeRevoked(std::uint64_t lease) {
+        const std::lock_guard lock(mutex_);
+        return revoked_.erase(lease) > 0;
+    }
 
     void OnReadDone(bool ok) override {
         if (!ok) {
@@ -100,6 +106,12 @@ class SimulatedFarm::Worker final
             case v1::WorkResponse::kLease:
                 Take(std::make_shared<v1::Lease>(std::move(*incoming_.mutable_lease())));
                 break;
+            case v1::WorkResponse::kRevoke: {
+                const auto& ids = incoming_.revoke().lease_ids();
+                const std::lock_guard lock(mutex_);
+                revoked_.insert(ids.begin(), ids.end());
+                break;
+            }
             default:
                 break;  // answers are not kept, so that nothing is to be dropped
         }
@@ -184,6 +196,7 @@ class SimulatedFarm::Worker final
     std::deque<grpc::ByteBuffer> outbox_;
     grpc::ByteBuffer outgoing_;
     std::deque<Clock::time_point> left_;  // results, whose place is free
+    std::set<std::uint64_t> revoked_;     // leases in hand
     bool writing_ = false, broken_ = false, done_ = false;
 };
 
@@ -235,6 +248,11 @@ void SimulatedFarm::AnswerThread() {
             const Due due = due_.top();
             due_.pop();
             lock.unlock();
+            if (due.worker->TakeRevoked(due.lease->id())) {
+                due.worker->Answered();
+                lock.lock();
+                continue;
+            }
             grpc::ByteBuffer answer = answers_.AnswerTo(*due.lease, due.task_digest, due.seconds);
             Answered(due, answer.Length());
             due.worker->Answered();

@@ -25,6 +25,7 @@ Runner AddUpdate(CLI::App* app);
 Runner AddExtend(CLI::App* app);
 Runner AddJobs(CLI::App* app);
 Runner AddWorkers(CLI::App* app);
+Runner AddRelease(CLI::App* app);
 Runner AddFarm(CLI::App* app);
 Runner AddDenoise(CLI::App* app);
 Runner AddCompare(CLI::App* app);
@@ -47,6 +48,7 @@ constexpr Command kCommands[] = {
     {"extend", "add samples to a job that has an image", AddExtend},
     {"jobs", "list a server's jobs", AddJobs},
     {"workers", "list a server's workers", AddWorkers},
+    {"release", "give workers in quarantine work again", AddRelease},
     {"farm", "run a server and workers on this machine until Ctrl-C", AddFarm},
     {"denoise", "filter an image", AddDenoise},
     {"compare", "measure how far images are from a reference", AddCompare},

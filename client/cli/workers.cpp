@@ -7,6 +7,7 @@
 
 #include "client/cli/commands.h"
 #include "client/cli/exit_codes.h"
+#include "client/cli/job_result.h"
 #include "client/cli/options.h"
 #include "client/cli/progress.h"
 #include "client/cli/table.h"
@@ -14,6 +15,8 @@
 
 namespace relume::client {
 namespace {
+
+using Json = nlohmann::ordered_json;
 
 struct WorkersOptions {
     ServerOptions server;
@@ -24,7 +27,7 @@ int RunWorkers(const WorkersOptions& options) {
     Client client(RequireServer(options.server));
     const auto workers = client.Workers();
     if (options.talk.json) {
-        auto json = nlohmann::ordered_json::array();
+        auto json = Json::array();
         for (const auto& worker : workers) {
             json.push_back({{"name", worker.name()},
                             {"build", worker.numeric_class().build()},
@@ -33,7 +36,12 @@ int RunWorkers(const WorkersOptions& options) {
                             {"leases", worker.leases_held()},
                             {"samples", worker.samples_done()},
                             {"samples_per_second", worker.samples_per_second()},
-                            {"seconds_since_report", worker.seconds_since_report()}});
+                            {"seconds_since_report", worker.seconds_since_report()},
+                            {"away", worker.away()},
+                            {"quarantined", worker.quarantined()},
+                            {"quarantined_since", worker.has_quarantine_time()
+                                                      ? Json(FormatTime(worker.quarantine_time()))
+                                                      : Json(nullptr)}});
         }
         fmt::print("{}\n", json.dump(2));
         return kExitDone;
@@ -41,6 +49,10 @@ int RunWorkers(const WorkersOptions& options) {
     std::vector<std::vector<std::string>> rows{
         {"WORKER", "BUILD", "ISA", "THREADS", "LEASES", "SAMPLES", "SAMPLES/S", "LAST REPORT"}};
     for (const auto& worker : workers) {
+        if (worker.away()) {
+            rows.push_back({worker.name(), "-", "-", "-", "-", "-", "-", "away"});
+            continue;
+        }
         rows.push_back({worker.name(), worker.numeric_class().build(), worker.numeric_class().isa(),
                         std::to_string(worker.threads()), std::to_string(worker.leases_held()),
                         FormatCount(static_cast<double>(worker.samples_done())),
@@ -48,6 +60,12 @@ int RunWorkers(const WorkersOptions& options) {
                         fmt::format("{:.1f} s ago", worker.seconds_since_report())});
     }
     fmt::print("{}", FormatTable(rows));
+    for (const auto& worker : workers) {
+        if (!worker.quarantined().empty()) {
+            fmt::print("{}: in quarantine since {}: {}\n", worker.name(),
+                       FormatTime(worker.quarantine_time()), worker.quarantined());
+        }
+    }
     return kExitDone;
 }
 

@@ -195,6 +195,7 @@ void Client::UploadBlob(const std::string& sha256, std::uint64_t size, std::uint
                         const std::function<void(std::uint64_t)>& progress) {
     Retry retry(this);
     const std::uint64_t start = offset;
+    int damages = 0;
     std::uint64_t kept = offset;  // bytes that the server is known to have
     for (;;) {
         std::ifstream in(path, std::ios::binary);
@@ -223,14 +224,18 @@ void Client::UploadBlob(const std::string& sha256, std::uint64_t size, std::uint
             chunk.clear_sha256();
             chunk.clear_size();
             offset += buffer.size();
-            progress(offset - start);
+            progress(offset - std::min(start, offset));
         } while (offset < size);
         writer->WritesDone();
         const auto status = writer->Finish();
         if (status.ok()) {
             return;
         }
-        retry.Wait(status);
+        // Bits changed on the way. The server has thrown away what it got.
+        const bool damaged = status.error_code() == grpc::StatusCode::DATA_LOSS;
+        if (!damaged || ++damages == kUploadAttempts) {
+            retry.Wait(status);
+        }
 
         // Where the server wants us to go on.
         v1::FindMissingBlobsRequest request;
@@ -362,6 +367,14 @@ std::vector<v1::Job> Client::List(std::size_t limit, const std::string& group) {
         request.set_page_token(response.next_page_token());
     } while (!request.page_token().empty() && jobs.size() < limit);
     return jobs;
+}
+
+void Client::Release(const std::string& worker) {
+    v1::ReleaseWorkerRequest request;
+    request.set_name(worker);
+    v1::ReleaseWorkerResponse response;
+    CallContext context(this, kUnarySeconds);
+    Require(jobs_->ReleaseWorker(context.get(), request, &response));
 }
 
 std::vector<v1::Worker> Client::Workers() {

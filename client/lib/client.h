@@ -32,7 +32,7 @@ class Client {
   public:
     explicit Client(const Endpoint& server);
 
-    // Uploads what the server lacks. `progress` gets the bytes done and due so far.
+    // Uploads what the server lacks, again if it arrives damaged (kUploadAttempts in all). `progress` gets the bytes done and due so far.
     void UploadScene(const LocalScene& scene,
                      const std::function<void(std::uint64_t, std::uint64_t)>& progress);
 
@@ -55,6 +55,8 @@ class Client {
     // Newest first, at most `limit`; with a group's name its jobs alone.
     std::vector<v1::Job> List(std::size_t limit, const std::string& group = "");
     std::vector<v1::Worker> Workers();
+    // Ends a worker's quarantine.
+    void Release(const std::string& worker);
 
     // Calls `on_event` for each event until the job is over; answers with the job. A broken
     // connection is taken up again at the next event; a server that stays away for
@@ -71,6 +73,7 @@ class Client {
 
     const std::string& server() const { return server_.address; }
 
+    static constexpr int kUploadAttempts = 3;
     static constexpr double kPatienceSeconds = 30;
     static constexpr double kWatchPatienceSeconds = 600;  // it may be restarted meanwhile
     // For a server that has not answered once: the address is wrong, or nothing runs there.

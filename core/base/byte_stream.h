@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <cstring>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -23,10 +24,15 @@ class ByteWriter {
     }
     template <typename T>
     void PutAll(const std::vector<T>& values) {
-        static_assert(std::is_trivially_copyable_v<T>);
         Put<std::uint64_t>(values.size());
+        PutValues(std::span<const T>(values));
+    }
+    // Without their number.
+    template <typename T>
+    void PutValues(std::span<const T> values) {
+        static_assert(std::is_trivially_copyable_v<T>);
         if (!values.empty()) {
-            bytes_.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
+            bytes_.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
         }
     }
     void PutText(std::string_view text) {
@@ -41,6 +47,8 @@ class ByteWriter {
         }
     }
 
+    // Makes room for so many bytes.
+    void Reserve(std::size_t bytes) { bytes_.reserve(bytes); }
     std::string Take() { return std::move(bytes_); }
 
   private:

@@ -128,16 +128,15 @@ void Film::ForEachRow(const TileRect& rect, F&& body) const {
 
 std::string Film::SaveTile(const TileRect& rect) const {
     ByteWriter out;
-    std::vector<float> planes;
-    planes.reserve(rect.area() * kFilmChannelCount);
+    const std::size_t values = rect.area() * kFilmChannelCount;
+    out.Reserve(values * sizeof(float) + 2 * sizeof(std::uint64_t));
+    out.Put<std::uint64_t>(values);  // as PutAll
     for (int c = 0; c < kFilmChannelCount; ++c) {
         const std::span<const float> plane = Plane(c);
         ForEachRow(rect, [&](std::size_t begin, std::size_t count) {
-            const auto row = plane.subspan(begin, count);
-            planes.insert(planes.end(), row.begin(), row.end());
+            out.PutValues(plane.subspan(begin, count));
         });
     }
-    out.PutAll(planes);
     out.Put<std::uint8_t>(samples_ ? 1 : 0);
     if (samples_) {
         ForEachRow(rect, [&](std::size_t begin, std::size_t count) {

@@ -34,9 +34,9 @@ std::string EncodeCheckpoint(const Checkpoint& c) {
     out.PutAll(*c.decisions);
     out.Put<std::uint64_t>(c.open.size());
     for (const OpenPassState& open : c.open) {
-        out.PutAll(open.plan->first);
-        out.PutAll(open.plan->counts);
-        out.PutAll(open.plan->cover);
+        open.plan->first.Put(&out);
+        open.plan->counts.Put(&out);
+        open.plan->cover.Put(&out);
         out.PutAll(open.merged);
         out.PutAll(open.error);
         out.Put(open.plan_seconds);
@@ -71,9 +71,9 @@ Checkpoint DecodeCheckpoint(std::string_view bytes) {
     for (std::uint64_t i = 0; i < open; ++i) {
         OpenPassState state;
         const auto plan = std::make_shared<PassPlan>();
-        plan->first = in.GetAll<std::uint32_t>();
-        plan->counts = in.GetAll<std::uint32_t>();
-        plan->cover = in.GetAll<std::uint32_t>();
+        plan->first = PixelCounts::Get(&in);
+        plan->counts = PixelCounts::Get(&in);
+        plan->cover = PixelCounts::Get(&in);
         state.plan = plan;
         state.merged = in.GetAll<std::uint32_t>();
         state.error = in.GetAll<double>();

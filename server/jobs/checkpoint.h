@@ -21,11 +21,14 @@ struct OpenPassState {
     std::vector<double> error;          // Pass::TileError, by tile
     double plan_seconds = 0;
     std::optional<double> image_relmse, relmse_predicted;  // as in PassSummary
+    // For the ledger alone, not in the bytes: of the whole pass, and of what is merged.
+    std::uint64_t samples = 0, ranges = 0, merged_samples = 0;
 };
 
-// All that a job is at one moment between plans, but for its film: with that as of the same moment
-// a job goes on to the same bits. Results that are not in the film are left out, and not counted in
-// `info`: their units are to be rendered again. What is large is shared, and does not change.
+// All that a job is at one moment between plans, but for its film: with that, and for each tile the
+// layers that it had merged (FilmCopy), a job goes on to the same bits. Results that are not in the
+// film are left out, and not counted in `info`: their units are to be rendered again. What is large
+// is shared, and does not change.
 struct Checkpoint {
     JobInfo info;
     std::vector<OpenPassState> open;  // oldest first

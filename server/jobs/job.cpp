@@ -7,6 +7,7 @@
 
 #include "core/base/check.h"
 #include "core/base/error.h"
+#include "server/jobs/count_answer.h"
 
 namespace relume::jobs {
 namespace {
@@ -63,16 +64,26 @@ void Job::Start(TimePoint now) {
     }
 }
 
+Job::OpenPass& Job::PassOf(std::size_t unit) {
+    return const_cast<OpenPass&>(std::as_const(*this).PassOf(unit));
+}
+
 const Job::OpenPass& Job::PassOf(std::size_t unit) const {
     const auto it = std::ranges::find_if(open_, [&](const OpenPass& p) { return unit < p.end(); });
     RELUME_CHECK(it != open_.end() && unit >= it->first_unit);
     return *it;
 }
 
+const Job::Unit& Job::At(std::size_t unit) const {
+    static const Unit kUntouched;
+    const OpenPass& open = PassOf(unit);
+    const auto it = open.units.find(unit - open.first_unit);
+    return it == open.units.end() ? kUntouched : it->second;
+}
+
 std::optional<std::size_t> Job::FindPending(std::size_t from,
                                             const std::function<bool(std::size_t)>& wanted) const {
-    const auto it = std::find_if(pending_.lower_bound(from), pending_.end(), wanted);
-    return it == pending_.end() ? std::nullopt : std::optional(*it);
+    return pending_.Find(from, wanted);
 }
 
 std::size_t Job::FirstSpareUnit() const {
@@ -111,16 +122,16 @@ void Job::AddLease(std::size_t unit, LeaseId lease, TimePoint now) {
             info_.wait_seconds = ToSeconds(now - info_.created);
         }
     }
-    Unit& lent = At(unit);
     ++info_.leases_issued;
-    info_.leases_reissued += lent.issued ? 1 : 0;
-    lent.issued = true;
-    lent.leases.insert(lease);
+    auto issued = PassOf(unit).issued[Local(unit)];
+    info_.leases_reissued += issued ? 1 : 0;
+    issued = true;
+    At(unit).leases.insert(lease);
 }
 
 void Job::Requeue(std::size_t unit) {
     if (!Done(unit)) {
-        new_work_ = pending_.insert(unit).second || new_work_;
+        new_work_ = pending_.Insert(unit) || new_work_;
     }
 }
 
@@ -130,12 +141,13 @@ int Job::Refuse(std::size_t unit, WorkerId worker) {
 }
 
 void Job::Accept(std::size_t unit, const std::string& worker, TileResult result, TimePoint now) {
-    const OpenPass& open = PassOf(unit);
+    OpenPass& open = PassOf(unit);
     const std::uint64_t samples = Samples(unit);
     speed_.Add(now, samples);
     CountAnswer(worker, samples, result, 1, &info_);
     info_.render_seconds = ToSeconds(now - first_lease_.value_or(now));
-    pending_.erase(unit);
+    pending_.Erase(unit);
+    open.units.erase(Local(unit));
     open.pass->Accept(Local(unit), std::move(result), worker);
     MergeTile(open.pass->TileOf(Local(unit)));
     MergeBacklog();
@@ -145,31 +157,15 @@ void Job::Accept(std::size_t unit, const std::string& worker, TileResult result,
     }
 }
 
-void Job::CountAnswer(const std::string& worker, std::uint64_t samples, const TileResult& result,
-                      int sign, JobInfo* info) {
-    const auto add = [sign](std::uint64_t count, std::uint64_t* sum) {
-        *sum += sign > 0 ? count : -count;
-    };
-    add(samples, &info->samples_done);
-    add(result.rays, &info->rays);
-    for (std::size_t k = 0; k < result.pixels.size(); ++k) {
-        add(static_cast<std::uint64_t>(result.planes[kBadCount * result.pixels.size() + k]),
-            &info->bad_samples);
-    }
-    WorkerShare& share = info->workers[worker];
-    add(samples, &share.samples);
-    add(1, &share.leases);
-    share.busy_seconds += sign * result.seconds;
-    info->busy_seconds += sign * result.seconds;
-}
-
 void Job::MergeTile(std::size_t tile) {
-    if (copy_) {
-        copy_->Take(*film_, tile);
-    }
     for (const OpenPass& open : open_) {
+        const auto before = [&](bool cover, const Pass::Waiting& layer) {
+            if (copy_) {
+                copy_->Merging(*open.pass, tile, cover, layer, *film_);
+            }
+        };
         // The newest cover is not for the eyes of the next plan.
-        open.pass->Merge(tile, stop_ || &open != &open_.back(), film_.get());
+        open.pass->Merge(tile, stop_ || &open != &open_.back(), film_.get(), before);
         if (!open.pass->Merged(tile)) {
             return;
         }
@@ -421,11 +417,12 @@ Job::OpenPass* Job::OpenWith(std::shared_ptr<Pass> pass) {
     OpenPass& open = open_.emplace_back();
     open.pass = std::move(pass);
     open.first_unit = units_planned_;
-    open.units.resize(open.pass->unit_count());
+    open.unit_count = open.pass->unit_count();
+    open.issued.resize(open.unit_count);
     units_planned_ = open.end();
     for (std::size_t unit = open.first_unit; unit < open.end(); ++unit) {
         if (!open.pass->Done(unit - open.first_unit)) {
-            pending_.insert(pending_.end(), unit);
+            pending_.Insert(unit);
         }
     }
     new_work_ = true;

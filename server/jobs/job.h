@@ -2,6 +2,7 @@
 
 #include <deque>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -18,6 +19,7 @@
 #include "server/jobs/plan_work.h"
 #include "server/jobs/planner.h"
 #include "server/jobs/speed_meter.h"
+#include "server/jobs/unit_set.h"
 
 namespace relume::jobs {
 
@@ -105,7 +107,7 @@ class Job {
     // The first unit that waits, from `from` on, and for which `wanted` says yes. Take follows.
     std::optional<std::size_t> FindPending(std::size_t from,
                                            const std::function<bool(std::size_t)>& wanted) const;
-    void Take(std::size_t unit) { pending_.erase(unit); }
+    void Take(std::size_t unit) { pending_.Erase(unit); }
     // The next plan does not wait for units from here on.
     std::size_t FirstSpareUnit() const;
     // Samples that are still awaited for the next plan; for the end of the job, if that comes
@@ -156,11 +158,14 @@ class Job {
     void Resume(TimePoint now);
     void SetPriority(int priority, TimePoint now);
 
-    // Begins a copy of the film as of now, and answers with what belongs to it. Nothing if there is
-    // no film, a plan is being made, or another copy is under way.
-    std::optional<Checkpoint> BeginCopy(FilmCopy::Sink sink);
+    // Begins a copy of the film, see FilmCopy, and answers with what belongs to it as of now. Null
+    // if there is no film, a plan is being made, or another copy is under way. Valid until the next
+    // call of a method that is not const.
+    const Checkpoint* BeginCopy(FilmCopy::Sink sink);
     // Hands on more tiles, at most `count`; false if there is no copy, or no more of it.
     bool CopyTiles(std::size_t count);
+    // After that: what belongs to all the tiles that were handed on. Nothing if there was no copy.
+    std::optional<Checkpoint> TakeCopied();
     void DropCopy() { copy_.reset(); }
     // The unit is in the film, in that of the last BeginCopy if it is called right after.
     bool MergedUnit(std::size_t unit) const;
@@ -182,29 +187,28 @@ class Job {
         std::set<LeaseId> leases;    // that may still be answered
         std::set<WorkerId> refused;  // gave wrong answers
         int bad = 0;
-        bool issued = false;  // at least once
     };
     struct OpenPass {
         std::shared_ptr<Pass> pass;
         std::size_t first_unit = 0;
-        std::vector<Unit> units;
+        std::size_t unit_count = 0;
+        std::vector<bool> issued;           // at least once, by unit
+        std::map<std::size_t, Unit> units;  // that are not done, and of which there is something
         double plan_seconds = 0;
         std::optional<double> image_relmse, relmse_predicted;  // as in PassSummary
 
-        std::size_t end() const { return first_unit + units.size(); }
+        std::size_t end() const { return first_unit + unit_count; }
     };
     enum class Planning { kNone, kWanted, kRunning };
     static constexpr std::size_t kEventsKept = 256;
     static constexpr const char* kCancelledWords = "cancelled";
 
-    // Adds an answer to what is known of the job (sign 1), or takes it out again (-1).
-    static void CountAnswer(const std::string& worker, std::uint64_t samples,
-                            const TileResult& result, int sign, JobInfo* info);
     // The pass of a unit, and the unit's place in it.
     const OpenPass& PassOf(std::size_t unit) const;
+    OpenPass& PassOf(std::size_t unit);
     std::size_t Local(std::size_t unit) const { return unit - PassOf(unit).first_unit; }
-    const Unit& At(std::size_t unit) const { return PassOf(unit).units[Local(unit)]; }
-    Unit& At(std::size_t unit) { return const_cast<Unit&>(std::as_const(*this).At(unit)); }
+    const Unit& At(std::size_t unit) const;
+    Unit& At(std::size_t unit) { return PassOf(unit).units[Local(unit)]; }
     bool Done(std::size_t unit) const { return PassOf(unit).pass->Done(Local(unit)); }
 
     Checkpoint MakeCheckpoint() const;
@@ -239,7 +243,7 @@ class Job {
     std::shared_ptr<Film> film_;
     std::shared_ptr<const std::vector<std::uint32_t>> planned_;  // samples of each pixel
     std::deque<OpenPass> open_;                                  // oldest first
-    std::set<std::size_t> pending_;                              // units to be lent
+    UnitSet pending_;                                            // units to be lent
     std::uint32_t passes_planned_ = 0;
     std::size_t units_planned_ = 0;
     std::uint64_t samples_planned_ = 0;

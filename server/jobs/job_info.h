@@ -135,6 +135,8 @@ struct WorkerInfo {
     double samples_per_second = 0;  // all threads; 0 = not measured yet
     double seconds_since_report = 0;
     std::string quarantined;  // why it gets no leases; "": it gets some
+    TimePoint quarantined_since{};
+    bool away = false;  // in quarantine, and not connected
 };
 
 // Units whose answer was compared with another worker's before it was merged.

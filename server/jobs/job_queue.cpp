@@ -351,6 +351,17 @@ std::vector<WorkerInfo> JobQueue::Workers(TimePoint now) const {
         list.back().leases_held = worker.leases.size();
         list.back().seconds_since_report = ToSeconds(now - worker.last_heard);
     }
+    for (const auto& [key, quarantined] : quarantined_) {
+        if (std::ranges::none_of(workers_, [&](const auto& entry) {
+                return std::pair(entry.second.machine, entry.second.asked) == key;
+            })) {
+            WorkerInfo& info = list.emplace_back();
+            info.name = quarantined.name;
+            info.quarantined = quarantined.why;
+            info.quarantined_since = quarantined.since;
+            info.away = true;
+        }
+    }
     return list;
 }
 

@@ -54,12 +54,15 @@ class JobQueue {
     void Extend(const std::string& name, Checkpoint checkpoint, std::shared_ptr<Film> film,
                 JobSetup setup, TimePoint now);
     void Hold(const std::string& name, const std::string& why, TimePoint now);
-    // As Job::BeginCopy and CopyTiles.
-    std::optional<Checkpoint> BeginCopy(const std::string& name, FilmCopy::Sink sink) {
+    // As Job::BeginCopy, CopyTiles and TakeCopied.
+    const Checkpoint* BeginCopy(const std::string& name, FilmCopy::Sink sink) {
         return Find(name).BeginCopy(std::move(sink));
     }
     bool CopyTiles(const std::string& name, std::size_t count) {
         return Find(name).CopyTiles(count);
+    }
+    std::optional<Checkpoint> TakeCopied(const std::string& name) {
+        return Find(name).TakeCopied();
     }
     void DropCopy(const std::string& name) { Find(name).DropCopy(); }
     bool MergedUnit(const std::string& name, std::size_t unit) const {
@@ -150,7 +153,10 @@ class JobQueue {
     // for the job; it ends the job when it comes kMaxProblems times and nobody else makes progress.
     void Problem(WorkerId worker, const std::string& job, const std::string& message,
                  bool transient, TimePoint now);
+    // Those in quarantine that are not connected are the last ones.
     std::vector<WorkerInfo> Workers(TimePoint now) const;
+    // Ends the quarantine of the worker, connected or not. kNotFound if there is none of that name.
+    void Release(const std::string& worker);
     std::vector<WorkerId> WorkerIds() const;
     bool KnowsWorker(WorkerId worker) const { return workers_.count(worker) != 0; }
 
@@ -183,6 +189,8 @@ class JobQueue {
     // Leases of the worker that are of no more use, since the last call.
     std::vector<LeaseId> TakeRevoked(WorkerId worker);
 
+    // Workers that are not heard of for so long are taken for gone [kSilentSeconds].
+    void SetSilence(double seconds) { silent_seconds_ = seconds; }
     // Late leases and silent workers. A few times a second: a gap of more than five seconds
     // between calls is not held against anyone.
     void Tick(TimePoint now);
@@ -311,12 +319,17 @@ class JobQueue {
     Leases leases_;
     LossBook losses_;
     CrossChecks checks_;
-    std::map<std::pair<std::string, std::string>, std::string> quarantined_;  // machine, name asked
+    struct Quarantined {
+        std::string name, why;
+        TimePoint since;
+    };
+    std::map<std::pair<std::string, std::string>, Quarantined> quarantined_;  // machine, name asked
     std::map<std::string, WorkerId> next_alone_;  // by job: who empties its hands for such work
     std::uint64_t last_number_ = 0;
     WorkerId last_worker_ = 0;
     LeaseId last_lease_ = 0;
     std::optional<TimePoint> last_tick_;
+    double silent_seconds_ = kSilentSeconds;
     bool news_ = false;
 };
 

@@ -4,6 +4,7 @@
 #include <set>
 #include <utility>
 
+#include "core/base/error.h"
 #include "core/base/log.h"
 #include "server/jobs/job_queue.h"
 
@@ -108,13 +109,15 @@ void JobQueue::Quarantine(const std::string& name, const std::string& why, TimeP
     {
         const LogScope scope({.worker = name});
         spdlog::error(
-            "worker {}: in quarantine, it gets no more leases until it is started anew: {}", name,
-            why);
+            "worker {}: in quarantine, it gets no more leases until it is released or started "
+            "anew: {}",
+            name, why);
     }
     if (it != workers_.end()) {
         Worker& worker = it->second;
         worker.info.quarantined = why;
-        quarantined_[{worker.machine, worker.asked}] = why;
+        worker.info.quarantined_since = now;
+        quarantined_[{worker.machine, worker.asked}] = {name, why, now};
         while (!worker.leases.empty()) {
             const auto lease = leases_.find(*worker.leases.begin());
             worker.revoked.push_back(lease->first);
@@ -142,6 +145,37 @@ void JobQueue::Quarantine(const std::string& name, const std::string& why, TimeP
                     static_cast<double>(std::max<std::uint64_t>(1, job->info().samples_done))),
             now);
     }
+}
+
+void JobQueue::Release(const std::string& name) {
+    // By the name that it has now, or had then: it may have come back under another one.
+    std::set<std::pair<std::string, std::string>> found;
+    for (const auto& [key, quarantined] : quarantined_) {
+        if (quarantined.name == name) {
+            found.insert(key);
+        }
+    }
+    for (const auto& [id, worker] : workers_) {
+        if (worker.info.name == name && !worker.info.quarantined.empty()) {
+            found.emplace(worker.machine, worker.asked);
+        }
+    }
+    if (found.empty()) {
+        ThrowNotFound(fmt::format(
+            "no worker '{:.128}' is in quarantine; `relume workers` lists those that are", name));
+    }
+    for (const auto& key : found) {
+        quarantined_.erase(key);
+    }
+    for (auto& [id, worker] : workers_) {
+        if (found.count({worker.machine, worker.asked}) != 0) {
+            worker.info.quarantined.clear();
+            worker.info.quarantined_since = {};
+        }
+    }
+    const LogScope scope({.worker = name});
+    spdlog::info("worker {}: released from quarantine", name);
+    news_ = true;
 }
 
 }  // namespace relume::jobs

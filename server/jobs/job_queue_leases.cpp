@@ -92,10 +92,10 @@ std::vector<LeaseId> JobQueue::TakeRevoked(WorkerId id) {
 void JobQueue::Tick(TimePoint now) {
     ExcuseAbsence(now);
     for (auto& [id, worker] : workers_) {
-        if (!worker.silent && ToSeconds(now - worker.last_heard) > kSilentSeconds) {
+        if (!worker.silent && ToSeconds(now - worker.last_heard) > silent_seconds_) {
             const LogScope scope({.worker = worker.info.name});
             spdlog::warn("worker {}: silent for {} s, its {} leases go to others", worker.info.name,
-                         kSilentSeconds, worker.leases.size());
+                         silent_seconds_, worker.leases.size());
             worker.silent = true;
             while (!worker.leases.empty()) {
                 const LeaseId lease_id = *worker.leases.begin();

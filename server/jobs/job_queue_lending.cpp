@@ -94,7 +94,9 @@ std::optional<std::size_t> JobQueue::FindUnit(WorkerId id, const Job& job) const
 bool JobQueue::WouldDelay(const Worker& worker, const Job& job, std::uint64_t samples) const {
     double speed = 0;
     int threads = 0;
+    std::uint64_t out = 0;
     for (const auto& [id, other] : workers_) {
+        out += other.samples_out;
         if (!other.silent && other.credits > 0 && other.info.samples_per_second > 0 &&
             other.info.numeric_class == worker.info.numeric_class) {
             speed += other.info.samples_per_second;
@@ -102,7 +104,8 @@ bool JobQueue::WouldDelay(const Worker& worker, const Job& job, std::uint64_t sa
         }
     }
     const double own = PredictSeconds(PaceOf(worker, job, worker.samples_out), samples);
-    return WouldBeLast(own, samples, job.SamplesAwaited(), speed, threads);
+    // What all have in hand comes before they could take this unit, awaited or not.
+    return WouldBeLast(own, samples, std::max(job.SamplesAwaited(), out), speed, threads);
 }
 
 WorkerPace JobQueue::PaceOf(const Worker& worker, const Job& job, std::uint64_t samples_before) {

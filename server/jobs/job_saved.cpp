@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "server/jobs/count_answer.h"
 #include "server/jobs/job.h"
 
 // Of Job: what is kept of it on a disk, and how it goes on from there.
@@ -111,6 +112,9 @@ Checkpoint Job::MakeCheckpoint() const {
         state.plan_seconds = open.plan_seconds;
         state.image_relmse = open.image_relmse;
         state.relmse_predicted = open.relmse_predicted;
+        state.samples = open.pass->total_samples();
+        state.ranges = open.pass->unit_count();
+        state.merged_samples = open.pass->merged_samples();
         for (std::size_t tile = 0; tile < open.pass->tile_count(); ++tile) {
             state.merged.push_back(open.pass->MergedLayers(tile));
             state.error.push_back(open.pass->TileError(tile));
@@ -159,12 +163,16 @@ void Job::Restore(Checkpoint c, std::shared_ptr<Film> film) {
     info_.state = JobState::kRendering;
 }
 
-std::optional<Checkpoint> Job::BeginCopy(FilmCopy::Sink sink) {
+const Checkpoint* Job::BeginCopy(FilmCopy::Sink sink) {
     if (!film_ || planning_ == Planning::kRunning || info_.state != JobState::kRendering || copy_) {
-        return std::nullopt;
+        return nullptr;
     }
-    copy_.emplace(setup_.window, setup_.tile_size, std::move(sink));
-    return MakeCheckpoint();
+    std::vector<std::shared_ptr<const Pass>> passes;
+    for (const OpenPass& open : open_) {
+        passes.push_back(open.pass);
+    }
+    copy_.emplace(MakeCheckpoint(), std::move(passes), std::move(sink));
+    return &copy_->checkpoint();
 }
 
 bool Job::CopyTiles(std::size_t count) {
@@ -173,11 +181,19 @@ bool Job::CopyTiles(std::size_t count) {
     }
     for (std::size_t n = 0; n < count; ++n) {
         if (!copy_->TakeNext(*film_)) {
-            copy_.reset();
             return false;
         }
     }
     return true;
+}
+
+std::optional<Checkpoint> Job::TakeCopied() {
+    if (!copy_) {
+        return std::nullopt;
+    }
+    Checkpoint checkpoint = copy_->TakeCheckpoint();
+    copy_.reset();
+    return checkpoint;
 }
 
 }  // namespace relume::jobs

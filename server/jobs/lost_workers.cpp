@@ -24,7 +24,9 @@ void JobQueue::SetMachine(WorkerId id, const std::string& machine) {
     Worker& worker = workers_.at(id);
     worker.machine = machine;
     const auto it = quarantined_.find({machine, worker.asked});
-    worker.info.quarantined = it == quarantined_.end() ? "" : it->second;
+    const bool odd = it != quarantined_.end();
+    worker.info.quarantined = odd ? it->second.why : "";
+    worker.info.quarantined_since = odd ? it->second.since : TimePoint{};
 }
 
 void JobQueue::Crashed(WorkerId id, const std::string& job, LeaseId lease, int signal) {

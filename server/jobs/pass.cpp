@@ -62,17 +62,27 @@ Pass::Pass(const TileRect& window, int tile_size, std::shared_ptr<const PassPlan
 
 // The units of one part of a tile; how many.
 std::uint32_t Pass::AddUnits(std::uint32_t tile, bool cover) {
-    std::vector<std::uint64_t> layers;
+    // For each number of whole layers the pixels that have so many, and the samples beyond them.
+    std::vector<std::uint64_t> pixels, rest;
     ForEachPixel(tiles_[tile].rect, [&](std::size_t i) {
         const std::uint32_t count = Count(i, cover);
-        const std::size_t needed = (count + kMaxSamplesPerLease - 1) / kMaxSamplesPerLease;
-        if (layers.size() < needed) {
-            layers.resize(needed, 0);
+        const std::size_t whole = count / kMaxSamplesPerLease;
+        if (pixels.size() <= whole) {
+            pixels.resize(whole + 1, 0);
+            rest.resize(whole + 1, 0);
         }
-        for (std::size_t layer = 0; layer < needed; ++layer) {
-            layers[layer] += LayerCount(count, static_cast<std::uint32_t>(layer));
-        }
+        ++pixels[whole];
+        rest[whole] += count % kMaxSamplesPerLease;
     });
+    std::vector<std::uint64_t> layers(pixels.size());
+    std::uint64_t reach = 0;  // pixels with more whole layers than this one's number
+    for (std::size_t layer = pixels.size(); layer-- > 0;) {
+        layers[layer] = reach * kMaxSamplesPerLease + rest[layer];
+        reach += pixels[layer];
+    }
+    if (layers.back() == 0) {
+        layers.pop_back();
+    }
     for (std::uint32_t layer = 0; layer < layers.size(); ++layer) {
         units_.push_back({tile, layer, cover, false, layers[layer]});
     }
@@ -107,6 +117,7 @@ void Pass::Restore(const std::vector<std::uint32_t>& merged, const std::vector<d
     for (Unit& unit : units_) {
         if (LayerOf(unit) < tiles_[unit.tile].merged) {
             unit.done = true;
+            merged_samples_ += unit.samples;
             left_ -= unit.samples;
             left_but_cover_ -= unit.cover ? 0 : unit.samples;
             --unmerged_;
@@ -124,11 +135,17 @@ void Pass::Accept(std::size_t unit, TileResult result, const std::string& worker
     tiles_[u.tile].waiting.emplace(LayerOf(u), Waiting{std::move(result), worker, u.samples});
 }
 
-void Pass::Merge(std::size_t index, bool open, Film* film) {
+void Pass::Merge(std::size_t index, bool open, Film* film,
+                 const std::function<void(bool cover, const Waiting&)>& before) {
     Tile& tile = tiles_[index];
     while (!tile.waiting.empty() && tile.waiting.begin()->first == tile.merged &&
            (open || tile.merged < tile.first_cover)) {
-        film->Merge(tile.waiting.begin()->second.result);
+        const Waiting& next = tile.waiting.begin()->second;
+        if (before) {
+            before(tile.merged >= tile.first_cover, next);
+        }
+        film->Merge(next.result);
+        merged_samples_ += next.samples;
         tile.waiting.erase(tile.waiting.begin());
         --unmerged_;
         unmerged_but_cover_ -= tile.merged < tile.first_cover ? 1 : 0;
@@ -141,9 +158,9 @@ void Pass::Merge(std::size_t index, bool open, Film* film) {
 }
 
 std::vector<std::uint32_t> Pass::NextFirst() const {
-    std::vector<std::uint32_t> next(plan_->first);
+    std::vector<std::uint32_t> next(plan_->first.size());
     for (std::size_t i = 0; i < next.size(); ++i) {
-        next[i] += plan_->counts[i];
+        next[i] = plan_->first[i] + plan_->counts[i];
     }
     return next;
 }

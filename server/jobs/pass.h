@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -9,6 +10,7 @@
 
 #include "core/film/film.h"
 #include "core/film/tile.h"
+#include "server/jobs/pixel_counts.h"
 
 namespace relume::jobs {
 
@@ -18,9 +20,9 @@ inline constexpr std::uint32_t kMaxSamplesPerLease = 64;
 
 // What a pass consists of, row-major over the window.
 struct PassPlan {
-    std::vector<std::uint32_t> first;   // index of each pixel's next sample
-    std::vector<std::uint32_t> counts;  // samples of each pixel
-    std::vector<std::uint32_t> cover;   // how many of its last samples are the cover; empty: none
+    PixelCounts first;   // index of each pixel's next sample
+    PixelCounts counts;  // samples of each pixel
+    PixelCounts cover;   // how many of its last samples are the cover; empty: none
 };
 
 // One pass, cut into units of tile x part x layer, each the matter of one lease at a time. The
@@ -69,8 +71,9 @@ class Pass {
         }
     }
     // Merges into `film` whatever of the tile has its turn: what comes before its predecessor
-    // waits, and the cover unless it is `open`.
-    void Merge(std::size_t tile, bool open, Film* film);
+    // waits, and the cover unless it is `open`. `before` is called before each layer.
+    void Merge(std::size_t tile, bool open, Film* film,
+               const std::function<void(bool cover, const Waiting&)>& before = {});
 
     std::size_t tile_count() const { return tiles_.size(); }
     std::uint32_t MergedLayers(std::size_t tile) const { return tiles_[tile].merged; }
@@ -90,6 +93,7 @@ class Pass {
     double TileError(std::size_t tile) const { return tiles_[tile].error; }
 
     std::uint64_t total_samples() const { return total_samples_; }
+    std::uint64_t merged_samples() const { return merged_samples_; }
     std::uint64_t active_pixels() const { return active_pixels_; }
     // What the next pass starts from: `first` after all samples of this one.
     std::vector<std::uint32_t> NextFirst() const;
@@ -127,7 +131,7 @@ class Pass {
     std::size_t first_cover_unit_ = 0;
     std::size_t unmerged_ = 0, unmerged_but_cover_ = 0;  // units
     std::uint64_t left_ = 0, left_but_cover_ = 0;
-    std::uint64_t total_samples_ = 0, active_pixels_ = 0;
+    std::uint64_t total_samples_ = 0, merged_samples_ = 0, active_pixels_ = 0;
 };
 
 }  // namespace relume::jobs

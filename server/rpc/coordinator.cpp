@@ -48,6 +48,7 @@ Coordinator::Coordinator(const CoordinatorOptions& options)
               &queue_, &ledger_, &snapshots_, &wall_, &control_, &films_) {
     std::random_device random;
     queue_.SetCrossCheck(options.cross_check, (std::uint64_t{random()} << 32) | random());
+    queue_.SetSilence(options.silent_seconds);
     Load();
     control_.Every(FromSeconds(kTickSeconds), [this] { Tick(); });
 }
@@ -67,6 +68,8 @@ Coordinator::~Coordinator() {
 
 void Coordinator::Tick() {
     const TimePoint now = Now();
+    // A busy server has not come to what they said: they are not silent for that.
+    ForEach(worker_streams_, &Listener::NoteReceived);
     queue_.Tick(now);
     // Also those who have nothing to wait for: a lease may have become worth a race.
     ForEach(worker_streams_, &Listener::Advance);

@@ -38,6 +38,7 @@ struct CoordinatorOptions {
     std::uint64_t blob_quota = std::uint64_t{64} << 30;
     FilmKeeper::Options films;
     double cross_check = 0;  // share of units that two workers render, see JobQueue
+    double silent_seconds = jobs::kSilentSeconds;  // then a worker is taken for gone
     Quotas quotas;
     std::shared_ptr<store::Disk> disk = store::RealDisk();  // for results and films
 };
@@ -50,6 +51,8 @@ class Listener {
     virtual void Advance() = 0;
     // The server is going to stop.
     virtual void Stop() = 0;
+    // Tells the queue if something has been received that waits to be handled.
+    virtual void NoteReceived() {}
 };
 
 // What the services share: the queue of jobs, the store, and the threads that work on them. The
@@ -71,6 +74,7 @@ class Coordinator {
     store::BlobStore& blobs() { return blobs_; }                    // thread-safe
     const store::ResultStore& results() const { return results_; }  // thread-safe
     TimePoint Now() const { return clock_.Now(); }
+    const WallClock& wall() const { return wall_; }
     Traffic& traffic() { return traffic_; }  // thread-safe
     // What is seen from outside. Thread-safe; waits for the control thread, in vain if that does
     // not come to it within seconds.
@@ -216,7 +220,7 @@ class Coordinator {
     SerialExecutor plan_{"plan"};
     SerialExecutor filter_{"filter"};
     SerialExecutor books_{"books"};
-    SerialExecutor films_{"films"};
+    SerialExecutor films_{"films", SerialExecutor::kBackground};
 };
 
 // The part of a job's name behind "jobs/".

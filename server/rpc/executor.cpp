@@ -1,5 +1,7 @@
 #include "server/rpc/executor.h"
 
+#include <sys/resource.h>
+
 #include <exception>
 #include <utility>
 
@@ -7,8 +9,8 @@
 
 namespace relume::server {
 
-SerialExecutor::SerialExecutor(std::string name)
-    : name_(std::move(name)), thread_([this] { Run(); }) {}
+SerialExecutor::SerialExecutor(std::string name, int niceness)
+    : name_(std::move(name)), niceness_(niceness), thread_([this] { Run(); }) {}
 
 SerialExecutor::~SerialExecutor() {
     {
@@ -50,6 +52,11 @@ void SerialExecutor::Run() {
             spdlog::error("{}: {}", name_, error.what());
         }
     };
+    if (niceness_ != 0) {
+        // On Linux it is the calling thread's alone. If it can't be, it is as nice as the others.
+        const int own = getpriority(PRIO_PROCESS, 0);
+        setpriority(PRIO_PROCESS, 0, own + niceness_);
+    }
     TimePoint next = clock.Now();
     std::unique_lock lock(mutex_);
     for (;;) {

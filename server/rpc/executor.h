@@ -15,7 +15,9 @@ namespace relume::server {
 // that throws is logged and forgotten.
 class SerialExecutor {
   public:
-    explicit SerialExecutor(std::string name);
+    // `niceness`: as much less of a core than the process's other threads, where they compete.
+    explicit SerialExecutor(std::string name, int niceness = 0);
+    static constexpr int kBackground = 10;
     // Runs what was posted so far, also by those tasks, and ends.
     ~SerialExecutor();
     SerialExecutor(const SerialExecutor&) = delete;
@@ -32,6 +34,7 @@ class SerialExecutor {
     void Run();
 
     std::string name_;
+    const int niceness_;
     mutable std::mutex mutex_;  // guards all below but the thread
     std::condition_variable posted_;
     std::deque<std::function<void()>> tasks_;

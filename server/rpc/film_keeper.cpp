@@ -4,6 +4,7 @@
 #include <time.h>
 
 #include <algorithm>
+#include <numeric>
 
 #include "core/base/byte_stream.h"
 #include "core/base/error.h"
@@ -16,14 +17,25 @@ namespace {
 
 constexpr double kShare = 50;        // seconds between saves for each second that one takes
 constexpr double kRetrySeconds = 2;  // after a save that failed
-constexpr std::size_t kTilesAtOnce = 8;
+constexpr std::size_t kTilesAtOnce = 2;
 constexpr int kSnapshotsKept = 2;
-constexpr const char* kFormat = "relume film 1";
+constexpr const char* kFormat = "relume film 2";
 
 double ThreadSeconds() {
     timespec t{};
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
     return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+std::string Header(const jobs::Checkpoint& checkpoint) {
+    ByteWriter header;
+    header.PutText(kFormat);
+    header.PutText(kBuild);
+    header.Put(checkpoint.window);
+    header.Put(checkpoint.display_width);
+    header.Put(checkpoint.display_height);
+    header.Put(checkpoint.tile_size);
+    return header.Take();
 }
 
 // Passes in order, those wholly in the film first.
@@ -33,16 +45,10 @@ std::vector<store::PassRow> PassRows(const jobs::Checkpoint& checkpoint) {
         rows.push_back({pass.index, pass.samples, pass.ranges, pass.samples, pass.ranges});
     }
     for (const jobs::OpenPassState& open : checkpoint.open) {
-        jobs::Pass pass(checkpoint.window, checkpoint.tile_size, open.plan);
-        pass.Restore(open.merged, open.error);
-        store::PassRow& row = rows.emplace_back();
-        row.pass = static_cast<std::uint32_t>(rows.size() - 1);
-        row.samples = pass.total_samples();
-        row.ranges = pass.unit_count();
-        row.merged_samples = pass.total_samples() - pass.samples_left();
-        for (std::size_t unit = 0; unit < pass.unit_count(); ++unit) {
-            row.merged_ranges += pass.MergedUnit(unit) ? 1 : 0;
-        }
+        // Each layer of a tile is one range.
+        rows.push_back({static_cast<std::uint32_t>(rows.size()), open.samples, open.ranges,
+                        open.merged_samples,
+                        std::accumulate(open.merged.begin(), open.merged.end(), std::uint64_t{0})});
     }
     return rows;
 }
@@ -76,36 +82,35 @@ std::optional<jobs::SavedJob> FilmKeeper::Load(const std::string& job, double us
             std::vector<TileRect> tiles;
             std::size_t records = 0;
             store_->Read(row.file, [&](std::string record) {
-                switch (records++) {
-                    case 0: {
-                        ByteReader in(record);
-                        if (in.GetText() != kFormat || in.GetText() != kBuild) {
-                            throw Error(ErrorCode::kDataLoss,
-                                        row.file.name +
-                                            ": was written by another version, whose "
-                                            "samples may differ");
-                        }
-                        break;
+                ByteReader in(record);
+                const std::size_t at = records++;
+                if (at == 0) {
+                    if (in.GetText() != kFormat || in.GetText() != kBuild) {
+                        throw Error(ErrorCode::kDataLoss,
+                                    row.file.name +
+                                        ": was written by another version, whose "
+                                        "samples may differ");
                     }
-                    case 1:
-                        saved.info = LoadInfo(record, used_seconds, *wall_, now);
-                        break;
-                    case 2: {
-                        saved.checkpoint = jobs::DecodeCheckpoint(record);
-                        const jobs::Checkpoint& c = *saved.checkpoint;
-                        tiles = CutIntoTiles(c.window, c.tile_size);
-                        saved.film =
-                            std::make_shared<Film>(c.window, c.display_width, c.display_height);
-                        break;
+                    const auto window = in.Get<TileRect>();
+                    const auto display_width = in.Get<int>(), display_height = in.Get<int>();
+                    const auto tile_size = in.Get<int>();
+                    // Before so much room is made.
+                    if (window.empty() || tile_size <= 0 ||
+                        window.area() > row.file.size / sizeof(float)) {
+                        throw Error(ErrorCode::kDataLoss, row.file.name + ": is damaged");
                     }
-                    default: {
-                        ByteReader in(record);
-                        const auto tile = in.Get<std::uint64_t>();
-                        if (tile >= tiles.size()) {
-                            throw Error(ErrorCode::kDataLoss, row.file.name + ": is damaged");
-                        }
-                        saved.film->LoadTile(tiles[tile], in.GetText());
+                    tiles = CutIntoTiles(window, tile_size);
+                    saved.film = std::make_shared<Film>(window, display_width, display_height);
+                } else if (at <= tiles.size()) {
+                    const auto tile = in.Get<std::uint64_t>();
+                    if (tile >= tiles.size()) {
+                        throw Error(ErrorCode::kDataLoss, row.file.name + ": is damaged");
                     }
+                    saved.film->LoadTile(tiles[tile], in.GetText());
+                } else if (at == tiles.size() + 1) {
+                    saved.info = LoadInfo(record, used_seconds, *wall_, now);
+                } else {
+                    saved.checkpoint = jobs::DecodeCheckpoint(record);
                 }
             });
             if (records != tiles.size() + 3) {
@@ -188,21 +193,21 @@ void FilmKeeper::SaveNext() {
 bool FilmKeeper::Begin(const std::string& job, Kept* kept, TimePoint now) {
     const double start = ThreadSeconds();
     const auto save = std::make_shared<Save>();
-    auto checkpoint = queue_->BeginCopy(job, [this, weak = std::weak_ptr(save)](std::size_t tile,
-                                                                                std::string bytes) {
-        if (const auto to = weak.lock()) {
-            ++to->tiles;
-            to->waiting_bytes += bytes.size();
-            Post(to, [this, tile, bytes = std::move(bytes)](Save* s) { AddTile(s, tile, bytes); });
-        }
-    });
-    if (!checkpoint) {
+    const jobs::Checkpoint* begun = queue_->BeginCopy(
+        job, [this, weak = std::weak_ptr(save)](std::size_t tile, std::string bytes) {
+            if (const auto to = weak.lock()) {
+                ++to->tiles;
+                to->waiting_bytes += bytes.size();
+                Post(to,
+                     [this, tile, bytes = std::move(bytes)](Save* s) { AddTile(s, tile, bytes); });
+            }
+        });
+    if (begun == nullptr) {
         return false;  // a plan is being made: at the next tick
     }
     save->job = job;
-    save->info = SaveInfo(checkpoint->info, *wall_);
-    save->tiles_due = CutIntoTiles(checkpoint->window, checkpoint->tile_size).size();
-    save->checkpoint = std::move(*checkpoint);
+    save->tiles_due = CutIntoTiles(begun->window, begun->tile_size).size();
+    save->header = Header(*begun);
     // What is in the film now will be safe.
     const auto safe = std::stable_partition(
         kept->answers.begin(), kept->answers.end(),
@@ -242,6 +247,7 @@ void FilmKeeper::CopyMore(std::shared_ptr<Save> save) {
         Abandon(save->job);  // all samples came in meanwhile, or the job is over
         return;
     }
+    save->checkpoint = *queue_->TakeCopied(save->job);
     copying_.reset();
     Post(save, [this](Save* s) { Commit(s); });
     files_->Post([this, save] { control_->Post([this, save] { Ended(save); }); });
@@ -267,7 +273,7 @@ void FilmKeeper::Final(const jobs::JobQueue::FilterWork& work) {
     const auto save = std::make_shared<Save>();
     save->job = work.name;
     save->final = true;
-    save->info = SaveInfo(work.checkpoint->info, *wall_);
+    save->header = Header(*work.checkpoint);
     Abandon(work.name);
     if (const auto it = jobs_.find(work.name); it != jobs_.end()) {
         save->answers = std::move(it->second.answers);
@@ -313,19 +319,14 @@ void FilmKeeper::Open(Save* save) {
     const std::uint64_t sequence = (std::uint64_t{ledger_->epoch()} << 32) + ++sequence_;
     save->sequence = sequence;
     save->writer = store_->Begin(fmt::format("{}{}", FilePrefix(save->job), sequence));
-    ByteWriter header;
-    header.PutText(kFormat);
-    header.PutText(kBuild);
-    save->writer->Add(header.Take());
-    save->writer->Add(save->info);
-    save->writer->Add(jobs::EncodeCheckpoint(save->checkpoint));
+    save->writer->Add(save->header);
 }
 
 void FilmKeeper::AddTile(Save* save, std::size_t tile, const std::string& bytes) {
-    ByteWriter record;
-    record.Put<std::uint64_t>(tile);
-    record.PutText(bytes);
-    save->writer->Add(record.Take());
+    ByteWriter head;
+    head.Put<std::uint64_t>(tile);
+    head.Put<std::uint64_t>(bytes.size());
+    save->writer->Add(head.Take(), bytes);
     save->waiting_bytes -= std::min<std::size_t>(save->waiting_bytes, bytes.size());
     // Should copying stall just now, Tick sees it.
     if (save->waiting_bytes <= options_.max_waiting_bytes / 2 && save->stalled.exchange(false)) {
@@ -334,6 +335,8 @@ void FilmKeeper::AddTile(Save* save, std::size_t tile, const std::string& bytes)
 }
 
 void FilmKeeper::Commit(Save* save) {
+    save->writer->Add(SaveInfo(save->checkpoint.info, *wall_));
+    save->writer->Add(jobs::EncodeCheckpoint(save->checkpoint));
     const store::SnapshotFile file = save->writer->Commit();
     save->bytes = file.size;
     for (const auto& old :

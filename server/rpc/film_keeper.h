@@ -22,7 +22,8 @@ namespace relume::server {
 
 // Saves films while they are rendered, so that a server that dies costs no more than what came
 // after the last save, and when all samples are in, so that a job can be extended. Merging goes on
-// meanwhile: tiles are copied before they change, and written by a thread of their own. No save
+// meanwhile: tiles are copied one by one (jobs::FilmCopy), as fast as a thread of their own writes
+// them. No save
 // begins before fifty times the seconds that the last one took are over, and none of a job that has
 // not changed.
 //
@@ -83,8 +84,8 @@ class FilmKeeper {
     // One save. The control thread's, but for what the files thread has after it was posted there.
     struct Save : std::enable_shared_from_this<Save> {
         std::string job;
-        std::string info;
-        jobs::Checkpoint checkpoint;
+        std::string header;
+        jobs::Checkpoint checkpoint;  // when all tiles are copied
         bool final = false;
         std::size_t tiles_due = 0, tiles = 0;
         double control_seconds = 0;

@@ -172,8 +172,16 @@ std::string NumericClassText(const v1::NumericClass& numeric_class) {
     return numeric_class.build() + "/" + numeric_class.isa();
 }
 
-void WorkerToProto(const jobs::WorkerInfo& info, v1::Worker* worker) {
+void WorkerToProto(const jobs::WorkerInfo& info, const WallClock& wall, v1::Worker* worker) {
     worker->set_name(info.name);
+    if (!info.quarantined.empty()) {
+        worker->set_quarantined(info.quarantined);
+        SetTime(wall.At(info.quarantined_since), worker->mutable_quarantine_time());
+    }
+    if (info.away) {
+        worker->set_away(true);
+        return;
+    }
     const std::size_t slash = info.numeric_class.rfind('/');
     worker->mutable_numeric_class()->set_build(info.numeric_class.substr(0, slash));
     worker->mutable_numeric_class()->set_isa(info.numeric_class.substr(slash + 1));

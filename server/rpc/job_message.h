@@ -33,6 +33,6 @@ void InfoToProto(const jobs::JobInfo& info, const WallClock& wall, v1::Job* job)
 // A worker's class as JobQueue compares it.
 std::string NumericClassText(const v1::NumericClass& numeric_class);
 
-void WorkerToProto(const jobs::WorkerInfo& info, v1::Worker* worker);
+void WorkerToProto(const jobs::WorkerInfo& info, const WallClock& wall, v1::Worker* worker);
 
 }  // namespace relume::server

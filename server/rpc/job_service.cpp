@@ -271,8 +271,20 @@ grpc::ServerUnaryReactor* JobService::ListWorkers(grpc::CallbackServerContext* c
     }
     return Deferred(context, &coordinator_->control(), [this, response] {
         for (const auto& worker : coordinator_->queue().Workers(coordinator_->Now())) {
-            WorkerToProto(worker, response->add_workers());
+            WorkerToProto(worker, coordinator_->wall(), response->add_workers());
         }
+    });
+}
+
+grpc::ServerUnaryReactor* JobService::ReleaseWorker(grpc::CallbackServerContext* context,
+                                                    const v1::ReleaseWorkerRequest* request,
+                                                    v1::ReleaseWorkerResponse*) {
+    if (auto* refused = access_->Refuse<grpc::ServerUnaryReactor>(context, {Role::kOperator})) {
+        return refused;
+    }
+    return Deferred(context, &coordinator_->control(), [this, request] {
+        coordinator_->queue().Release(request->name());
+        coordinator_->Changed();
     });
 }
 

@@ -49,6 +49,9 @@ class JobService final : public v1::JobService::CallbackService {
     grpc::ServerUnaryReactor* ListWorkers(grpc::CallbackServerContext* context,
                                           const v1::ListWorkersRequest* request,
                                           v1::ListWorkersResponse* response) override;
+    grpc::ServerUnaryReactor* ReleaseWorker(grpc::CallbackServerContext* context,
+                                            const v1::ReleaseWorkerRequest* request,
+                                            v1::ReleaseWorkerResponse* response) override;
 
   private:
     grpc::ServerUnaryReactor* Later(grpc::CallbackServerContext* context, const std::string& name,

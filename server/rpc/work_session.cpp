@@ -47,7 +47,9 @@ WorkSession* WorkSession::Start(Coordinator* coordinator, StreamLimit::Slot slot
 }
 
 void WorkSession::OnReadDone(bool ok) {
+    received_ = ok;
     coordinator_->control().Post([self = self_, ok] {
+        self->received_ = false;
         if (self->leaving_) {
             return;
         }
@@ -59,6 +61,9 @@ void WorkSession::OnReadDone(bool ok) {
         if (!status.ok()) {
             self->Leave(status);
             return;
+        }
+        if (self->request_.has_result()) {
+            self->request_ = {};  // large, and the next one may not come for long
         }
         self->StartRead(&self->request_);
         self->Advance();
@@ -335,6 +340,12 @@ void WorkSession::Stop() {
         v1::WorkResponse response;
         response.mutable_drain()->set_come_back(true);
         Send(std::move(response));
+    }
+}
+
+void WorkSession::NoteReceived() {
+    if (worker_ != 0 && received_) {
+        coordinator_->queue().Heard(worker_, coordinator_->Now());
     }
 }
 

@@ -2,6 +2,7 @@
 
 #include <grpcpp/support/server_callback.h>
 
+#include <atomic>
 #include <deque>
 #include <map>
 #include <memory>
@@ -31,6 +32,7 @@ class WorkSession final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wo
     void Advance() override;
     // Asks the worker to finish and leave.
     void Stop() override;
+    void NoteReceived() override;
 
   private:
     WorkSession(Coordinator* coordinator, StreamLimit::Slot slot)
@@ -53,6 +55,7 @@ class WorkSession final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wo
     TimePoint opened_;
     std::shared_ptr<WorkSession> self_;  // until OnDone; posted tasks hold it, too
     v1::WorkRequest request_;
+    std::atomic<bool> received_{false};  // request_ waits for the control thread
     jobs::WorkerId worker_ = 0;        // 0: no Hello yet, or gone
     std::set<std::string> jobs_sent_;  // whose JobContext the worker has, those over taken out
     std::map<jobs::LeaseId, std::string> samples_;  // that came ahead of their results

@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kBuffer = std::size_t{1} << 20;
+constexpr std::size_t kBuffer = std::size_t{64} << 10;  // tiles go past it, uncopied
 
 void CheckName(const std::string& name) {
     const auto allowed = [](char c) {
@@ -54,12 +54,13 @@ SnapshotStore::Writer::~Writer() {
     }
 }
 
-void SnapshotStore::Writer::Add(std::string_view record) {
-    const std::uint64_t length = record.size();
+void SnapshotStore::Writer::Add(std::string_view record, std::string_view rest) {
+    const std::uint64_t length = record.size() + rest.size();
     char bytes[sizeof length];
     std::memcpy(bytes, &length, sizeof length);
     Write({bytes, sizeof bytes});
     Write(record);
+    Write(rest);
 }
 
 void SnapshotStore::Writer::Write(std::string_view bytes) {

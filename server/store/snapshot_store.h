@@ -32,7 +32,8 @@ class SnapshotStore {
         Writer(const Writer&) = delete;
         Writer& operator=(const Writer&) = delete;
 
-        void Add(std::string_view record);
+        // A record, which may come in two parts.
+        void Add(std::string_view record, std::string_view rest = {});
         // The file has its name and survives a loss of power when this returns.
         SnapshotFile Commit();
 

@@ -146,7 +146,17 @@ void BlobCache::Ensure(const std::string& sha256, std::uint64_t size, const Blob
         Touch(PathOf(sha256));
         return;
     }
-    Download(sha256, size, fetch);
+    for (int attempt = 1;; ++attempt) {
+        try {
+            Download(sha256, size, fetch);
+            return;
+        } catch (const Error& damage) {
+            if (damage.code() != ErrorCode::kDataLoss || attempt == kFetchAttempts) {
+                throw;
+            }
+            spdlog::warn("cache: {}; fetching it again", damage.what());
+        }
+    }
 }
 
 std::string BlobCache::Read(const std::string& sha256, std::uint64_t size, const BlobFetch& fetch) {

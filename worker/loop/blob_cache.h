@@ -20,13 +20,15 @@ class BlobCache {
     BlobCache(std::filesystem::path folder, std::uint64_t max_bytes);
 
     // Sees to it that the blob is there. Throws kResourceExhausted if the disk is full, kDataLoss
-    // if what arrives is not the blob, and whatever `fetch` throws.
+    // if what arrives is not the blob kFetchAttempts times, and whatever `fetch` throws.
     void Ensure(const std::string& sha256, std::uint64_t size, const BlobFetch& fetch);
 
     // The blob's bytes, checked again: a file that decayed on disk is fetched anew.
     std::string Read(const std::string& sha256, std::uint64_t size, const BlobFetch& fetch);
 
     bool Has(const std::string& sha256) const;
+
+    static constexpr int kFetchAttempts = 3;
 
   private:
     std::filesystem::path PathOf(const std::string& sha256) const;

@@ -108,6 +108,22 @@ TEST_F(OwnerTest, AJobIsChangedByItsOwnerAnOperatorOrAnAdminAlone) {
     EXPECT_EQ(Cancel("bob", "jobs/none").error_code(), Code::NOT_FOUND);
 }
 
+TEST_F(OwnerTest, AWorkerIsReleasedByAnOperatorOrAnAdminAlone) {
+    const auto release = [&](const std::string& who) {
+        grpc::ClientContext context;
+        v1::ReleaseWorkerRequest request;
+        request.set_name("odd");
+        v1::ReleaseWorkerResponse response;
+        return As(who)->ReleaseWorker(&context, request, &response);
+    };
+    EXPECT_EQ(release("alice").error_code(), Code::PERMISSION_DENIED);
+    for (const char* who : {"carol", "admin"}) {
+        const grpc::Status status = release(who);
+        EXPECT_EQ(status.error_code(), Code::NOT_FOUND) << who;
+        EXPECT_THAT(status.error_message(), HasSubstr("'odd' is in quarantine")) << who;
+    }
+}
+
 TEST_F(OwnerTest, QuotasAreOfTheCertificatesNameNotOfTheAddress) {
     v1::Job job;
     EXPECT_TRUE(Create("alice", &job).ok());

@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "core/base/error.h"
 #include "core/base/sha256.h"
 #include "core/film/aov.h"
 #include "server/jobs/job_queue.h"
@@ -147,6 +148,45 @@ TEST_F(CrossCheck, AnOddWorkerIsOutvotedAndGetsNoMore) {
     EXPECT_THAT(queue.Workers(now)[2].quarantined, HasSubstr("not that of two others"));
     EXPECT_THAT(queue.Workers(now)[3].quarantined, IsEmpty());
     EXPECT_NE(again, other);
+}
+
+TEST_F(CrossCheck, AQuarantineIsListedUntilItIsReleased) {
+    AddJob(1);
+    const std::vector<WorkerId> w{AddWorker("bad", "m1"), AddWorker("b", "m2"),
+                                  AddWorker("c", "m3")};
+    now += FromSeconds(7);
+    Round(w, {w[0]});
+    const TimePoint since = queue.Workers(now)[0].quarantined_since;
+    EXPECT_GE(ToSeconds(since - TimePoint{}), 7);
+    EXPECT_FALSE(queue.Workers(now)[0].away);
+    EXPECT_FALSE(queue.NextLease(w[0], now));
+
+    // It is known while it is away, and when it is back.
+    queue.RemoveWorker(w[0]);
+    const auto listed = queue.Workers(now);
+    ASSERT_EQ(listed.size(), 3u);
+    EXPECT_EQ(listed[2].name, "bad");
+    EXPECT_TRUE(listed[2].away);
+    EXPECT_EQ(listed[2].quarantined_since, since);
+    const WorkerId again = AddWorker("bad", "m1");
+    EXPECT_EQ(queue.Workers(now).size(), 3u);
+    EXPECT_EQ(queue.Workers(now)[2].quarantined_since, since);
+    EXPECT_FALSE(queue.NextLease(again, now));
+
+    for (const char* name : {"b", "nobody"}) {
+        try {
+            queue.Release(name);
+            ADD_FAILURE() << name;
+        } catch (const Error& error) {
+            EXPECT_EQ(error.code(), ErrorCode::kNotFound);
+        }
+    }
+    queue.Release("bad");
+    EXPECT_TRUE(queue.TakeNews());
+    EXPECT_THAT(queue.Workers(now)[2].quarantined, IsEmpty());
+    EXPECT_TRUE(queue.NextLease(again, now));
+    queue.RemoveWorker(again);
+    EXPECT_EQ(queue.Workers(now).size(), 2u);
 }
 
 TEST_F(CrossCheck, WhatAQuarantinedWorkerHasInTheFilmIsSaid) {

@@ -105,12 +105,13 @@ TEST(Extend, FromAFilmOlderThanTheEndCountsWhatIsInIt) {
     PlanNow(&queue, {});
     const auto rects = CutIntoTiles(kWindow, 16);
     const auto film = std::make_shared<Film>(kWindow, kWindow.x1, kWindow.y1);
-    const auto older = queue.BeginCopy("jobs/a", [&](std::size_t tile, const std::string& bytes) {
+    ASSERT_TRUE(queue.BeginCopy("jobs/a", [&](std::size_t tile, const std::string& bytes) {
         film->LoadTile(rects[tile], bytes);
-    });
-    ASSERT_TRUE(older);
+    }));
     while (queue.CopyTiles("jobs/a", 1)) {
     }
+    const auto older = queue.TakeCopied("jobs/a");
+    ASSERT_TRUE(older);
     Render(&queue);
     queue.Succeed("jobs/a", {}, {});
     queue.Extend("jobs/a", *older, film, SetupOf("uniform", 32), {});

@@ -289,10 +289,11 @@ TEST_F(JobControl, SoIsOneThatIsCancelledWhileItsNextPassIsPlanned) {
 TEST_F(JobControl, ARestartKeepsAPauseAndFinishesWhatWasCancelled) {
     farm.RunUntil(2);
     auto tiles = std::make_shared<std::vector<std::string>>(64);
-    auto checkpoint = farm.queue.BeginCopy(
-        kJob, [&](std::size_t tile, std::string bytes) { (*tiles)[tile] = std::move(bytes); });
-    ASSERT_TRUE(checkpoint.has_value());
+    ASSERT_TRUE(farm.queue.BeginCopy(
+        kJob, [&](std::size_t tile, std::string bytes) { (*tiles)[tile] = std::move(bytes); }));
     ASSERT_FALSE(farm.queue.CopyTiles(kJob, 100));
+    const auto checkpoint = farm.queue.TakeCopied(kJob);
+    ASSERT_TRUE(checkpoint.has_value());
     const auto restart = [&](bool paused, bool cancelled) {
         JobQueue queue;
         SavedJob saved;

@@ -54,6 +54,33 @@ class JobQueueTest : public testing::Test {
     TimePoint now{};
 };
 
+// Else the end of the first pass, and so the next plan, would wait until all spare work is out.
+TEST_F(JobQueueTest, WhatIsAwaitedGoesToTheNextOneAmongEquals) {
+    AddJob("jobs/a", 48 * 16 * 64);
+    std::vector<WorkerId> workers;
+    for (int i = 0; i < 3; ++i) {
+        workers.push_back(AddWorker(2));
+        queue.SceneReady(workers.back(), "jobs/a", {}, now);
+    }
+    std::vector<LeaseGrant> first;
+    for (const WorkerId w : workers) {
+        first.push_back(*NextLease(w));
+    }
+    PlanNow(&queue, now);
+    TakeAll(workers[0]);
+    TakeAll(workers[1]);
+    TakeAll(workers[2]);
+    Advance(0.1);
+    ASSERT_EQ(Deliver(workers[0], first[0]), ResultVerdict::kMerged);
+    ASSERT_EQ(Deliver(workers[1], first[1]), ResultVerdict::kMerged);
+    TakeAll(workers[0]);
+    // The last unit of the first pass comes back; everybody has as much in hand.
+    queue.ReturnLeases(workers[2], {first[2].id});
+    const auto next = queue.NextLease(workers[1], now);
+    ASSERT_TRUE(next);
+    EXPECT_EQ(next->unit, first[2].unit);
+}
+
 TEST_F(JobQueueTest, LendsUpToTheCreditsAndFinishesTheJob) {
     AddJob("jobs/a");
     EXPECT_EQ(queue.Get("jobs/a").state, JobState::kQueued);

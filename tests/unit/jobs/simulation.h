@@ -32,19 +32,24 @@ class SimulatedDisk {
   public:
     void Begin(JobQueue* queue) {
         auto tiles = std::make_shared<std::map<std::size_t, std::string>>();
-        auto checkpoint = queue->BeginCopy("jobs/a", [tiles](std::size_t tile, std::string bytes) {
-            if (!tiles->emplace(tile, std::move(bytes)).second) {
-                throw Error(ErrorCode::kInternal, "a tile came twice");
-            }
-        });
-        if (checkpoint) {
-            making_ = Copy{checkpoint->info, EncodeCheckpoint(*checkpoint), tiles};
+        if (queue->BeginCopy("jobs/a", [tiles](std::size_t tile, std::string bytes) {
+                if (!tiles->emplace(tile, std::move(bytes)).second) {
+                    throw Error(ErrorCode::kInternal, "a tile came twice");
+                }
+            }) != nullptr) {
+            making_ = Copy{{}, {}, tiles};
         }
     }
     void GoOn(JobQueue* queue) {
-        if (making_ && !queue->CopyTiles("jobs/a", 1)) {
-            whole_ = std::exchange(making_, {});
+        if (!making_ || queue->CopyTiles("jobs/a", 1)) {
+            return;
         }
+        if (const auto checkpoint = queue->TakeCopied("jobs/a")) {
+            making_->info = checkpoint->info;
+            making_->checkpoint = EncodeCheckpoint(*checkpoint);
+            whole_ = std::move(making_);
+        }
+        making_.reset();
     }
     // What a server that starts again knows.
     SavedJob Load(const JobInfo& now, std::uint64_t last_event) {

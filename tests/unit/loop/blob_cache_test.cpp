@@ -89,12 +89,24 @@ TEST_F(BlobCacheTest, OtherContentsLeaveNothing) {
     blobs.Corrupt(sha, Bytes(100, 'c'));
     EXPECT_EQ(CodeOf(ensure), ErrorCode::kUnavailable);
     EXPECT_FALSE(cache.Has(sha));
-    // A part that is not the blob's beginning spoils one transfer, not the next.
+    // A part that is not the blob's beginning spoils one transfer, which is made again.
     Write(sha + ".part", "nonsense");
     blobs.Corrupt(sha, bytes);
-    EXPECT_EQ(CodeOf(ensure), ErrorCode::kDataLoss);
     ensure();
     EXPECT_TRUE(cache.Has(sha));
+}
+
+TEST_F(BlobCacheTest, WhatIsDamagedOnTheWayIsFetchedAgain) {
+    const std::string bytes = Bytes(250, 'g'), sha = blobs.Add(bytes);
+    const auto ensure = [&] { cache.Ensure(sha, bytes.size(), blobs.Fetch()); };
+    blobs.Mangle(BlobCache::kFetchAttempts);
+    EXPECT_EQ(CodeOf(ensure), ErrorCode::kDataLoss);
+    EXPECT_TRUE(fs::is_empty(folder.path()));
+    EXPECT_THAT(blobs.asked(), SizeIs(BlobCache::kFetchAttempts));
+    blobs.Mangle(BlobCache::kFetchAttempts - 1);
+    ensure();
+    EXPECT_EQ(cache.Read(sha, bytes.size(), blobs.Fetch()), bytes);
+    EXPECT_THAT(blobs.asked(), SizeIs(2 * BlobCache::kFetchAttempts));
 }
 
 TEST_F(BlobCacheTest, AFileThatDecayedIsFetchedAgain) {

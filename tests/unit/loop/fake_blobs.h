@@ -29,6 +29,8 @@ class FakeBlobs {
     void Corrupt(const std::string& sha256, const std::string& bytes) { blobs_[sha256] = bytes; }
     // The next fetches break off after so many bytes of the blob, once each.
     void BreakAfter(std::vector<std::size_t> bytes) { breaks_ = std::move(bytes); }
+    // A bit of each of the next so many fetches changes on the way.
+    void Mangle(int fetches) { to_mangle_ = fetches; }
 
     BlobFetch Fetch() {
         return [this](const std::string& sha256, std::uint64_t offset,
@@ -42,6 +44,10 @@ class FakeBlobs {
                     ThrowNotFound("blob is not there");
                 }
                 bytes = blobs_.at(sha256);
+                if (to_mangle_ > 0) {
+                    --to_mangle_;
+                    bytes.back() = static_cast<char>(bytes.back() ^ 1);
+                }
                 if (!breaks_.empty()) {
                     end = breaks_.front();
                     breaks_.erase(breaks_.begin());
@@ -67,6 +73,7 @@ class FakeBlobs {
     mutable std::mutex mutex_;  // guards all below
     std::map<std::string, std::string> blobs_;
     std::vector<std::size_t> breaks_;
+    int to_mangle_ = 0;
     std::vector<std::pair<std::string, std::uint64_t>> asked_;
 };
 
