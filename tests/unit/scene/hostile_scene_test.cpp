@@ -196,7 +196,7 @@ TEST(HostileScene, ObjArraysAreCountedBeforeTheyAreMade) {
          {}},
         {"vertices",
          "a.obj",
-         Times(100'000, "v 1 2 3\n") + "f 1 2 3\nv 0 0 0\nf 1 2 -1\n",
+         Times(100'000, "v 1 2 3\n") + "v 0 0 0\nv 1 0 0\nf 1 -2 -1\n",
          "a.obj:",
          1 << 19,
          {}},
