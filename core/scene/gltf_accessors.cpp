@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/base/resources.h"
 #include "core/scene/gltf.h"
 #include "core/scene/uri.h"
 
