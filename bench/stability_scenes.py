@@ -34,6 +34,7 @@ SCENES = {
     "rare_light": Scene("rare_light/rare_light_005.gltf", "a lamp that one path in 200 finds", size="48x48"),
     "keyhole": Scene(LIGHTS + "keyhole.gltf", "light through a hole, from the next room", hard=4),
     "dynamic_range": Scene(LIGHTS + "dynamic_range.gltf", "a room of .01 and a window of 10,000", hard=2),
+    "bulbs": Scene(LIGHTS + "bulbs.gltf", "bulbs of a tenth of a pixel to one, seen", hard=4),
     "black_lit": Scene(LIGHTS + "black_lit.gltf", "a lamp whose light does not get out of its box"),
     "black_unlit": Scene(LIGHTS + "black_unlit.gltf", "nothing shines", options=("--allow-black",)),
     "furnace": Scene(LIGHTS + "furnace.gltf", "all is 1", environment=LIGHTS + "white.hdr", options=("--max-depth", "64")),

@@ -52,6 +52,19 @@ def dynamic_range(folder):
     out.save()
 
 
+def bulbs(folder):
+    """A dim room with bulbs of a tenth of a pixel to one pixel in front of its walls, a thousand times as bright as these."""
+    out = Writer(folder, "bulbs")
+    out.place("room", room((-1, 0, -1), (1, 2, 1)), out.material("walls", GRAY))
+    out.place("box", box((-0.7, 0, -0.6), (-0.1, 0.8, 0)).without_uvs(), out.material("box", (0.3, 0.4, 0.7)))
+    glow = out.material("glow", (0, 0, 0), emissive=(400, 350, 250))
+    for k in range(8):
+        x, y = -0.85 + 0.24 * k, 1.1 + 0.13 * (5 * k % 7)
+        out.place(f"bulb {k}", sphere(0.002 * 1.4 ** k, 6).without_uvs(), glow, at=(x, y, -0.95))
+    out.camera((0, 1, 3.6), (0, 1, 0), 42, 1)
+    out.save()
+
+
 def black(folder, name, shining):
     """Nothing is seen: the lamp, if there is one, shines inside of a closed box."""
     out = Writer(folder, name)
@@ -102,6 +115,7 @@ def make(folder):
     tiny_light(folder)
     keyhole(folder)
     dynamic_range(folder)
+    bulbs(folder)
     black(folder, "black_lit", True)
     black(folder, "black_unlit", False)
     furnace(folder)

@@ -11,11 +11,10 @@
 // without halves, or with halves of one sample, can't be judged: it gets the bilateral filter with
 // all its features.
 //
-//   effort    what it may cost over the bilateral filter alone, the trial included, as a part of
-//             what the image's samples cost, by typical times (kSampleCost): dearer candidates are
-//             not tried. 0 = any (default). Error falls with the time to the power of 0.8 or so:
-//             for a candidate that lowers it to .7, from 0.6 on more samples would have been the
-//             better use of the time. One that gains more may cost more, in proportion (kWithOidn).
+//   effort    what it may cost over the bilateral filter alone, the trial included, over what the
+//             samples cost that would have gained as much, by typical times and gains (worth.h):
+//             dearer candidates are not tried. Beyond 1 more samples would have been the better use
+//             of the time. 0 = any (default).
 //   seconds   what it may take; dearer candidates are not tried. 0 = any (default). With it the
 //             choice may differ from run to run.
 #include <fmt/format.h>
@@ -24,40 +23,26 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <span>
+#include <numeric>
 #include <utility>
 
 #include "core/base/error.h"
 #include "server/denoise/denoiser.h"
+#include "server/denoise/error_estimate.h"
 #include "server/denoise/feature_groups.h"
 #include "server/denoise/halves.h"
 #include "server/denoise/net.h"
 #include "server/denoise/restore_energy.h"
 #include "server/denoise/trial.h"
+#include "server/denoise/worth.h"
 
 namespace relume::denoise {
 namespace {
 
-// Times over the bilateral filter's (bench/filters), of kNetSlots and of the network that mixes
-// them, and that of a sample a pixel of a scene that is quick to render (bench/peers): 1.4 s a
-// megapixel on two cores.
-constexpr std::array<double, kNetSlotCount> kCost = {0, 1, 7, 6.7, 3.2};
-constexpr double kMixCost = 0.6;
-constexpr double kSampleCost = 1.75;
-// Candidates of the network beside that, by what they are worth for their time. On scenes that the
-// network was not trained on the error was g times as large with a candidate as without (oidn .4,
-// nfor .84, rd .99; nfor .68, rd .82): as error falls with time to the power of 0.8, the worth is
-// g^(-1 / 0.8) - 1, over that of g = .7.
-struct Other {
-    std::size_t slot;
-    double worth;  // times `effort`: what it may cost
-};
-constexpr Other kWithOidn[] = {{kOidnSlot, 3}, {kNforSlot, 0.4}, {kRdSlot, 0.02}};
-constexpr Other kWithoutOidn[] = {{kNforSlot, 1}, {kRdSlot, 0.5}};
 // Of the estimate of the error: both halves of a quarter of the frame by the bilateral filter.
 constexpr double kEstimateCost = 0.5;
-// Of what the choice may cost, that the search for features without use may.
-constexpr double kFeaturesShare = 0.15;
+// What is expected of the search for features without use: error over that without it.
+constexpr double kFeaturesGain = 0.98;
 // Samples a pixel: with one a half, all filters look worse than they are, and than none.
 constexpr double kFewestToTry = 4;
 // Of the error, that a cheaper candidate, or one with less features, may seem to cost.
@@ -139,7 +124,8 @@ class Auto final : public Denoiser {
             return choice;
         }
         std::array<Trial::Run, kNetSlotCount> runs;
-        const auto bilateral = MakeDenoiser(kNetSlots[kBilateralSlot].filter);
+        const std::shared_ptr<const Denoiser> bilateral =
+            MakeDenoiser(kNetSlots[kBilateralSlot].filter);
         if (trial.is_small()) {
             Trial::Whole whole = trial.FilterWhole(*bilateral, frame, cancel);
             runs[kBilateralSlot] = std::move(whole.run);
@@ -147,24 +133,30 @@ class Auto final : public Denoiser {
         } else {
             runs[kBilateralSlot] = trial.Filter(*bilateral, 2, cancel);
         }
+        const double left =
+            LeftOfNone(trial, runs[kBilateralSlot], choice, bilateral, frame, cancel);
         std::vector<const Trial::Run*> all = {&runs[kBilateralSlot]};
         const int halves = effort_ > 0 || seconds_ > 0 ? 1 : 2;
-        const double tried_share = halves * trial.share(), second = runs[kBilateralSlot].seconds;
-        double spent = 1 + (trial.is_small() ? 2 : 2 * trial.share() + kEstimateCost);
+        const double tried_share = halves * trial.share();
+        Purse purse(*this, trial.samples(), runs[kBilateralSlot].seconds);
+        purse.Spend(1 + (trial.is_small() ? 2 : 2 * trial.share() + kEstimateCost));
         std::vector<std::size_t> mixed;
-        for (const auto& [k, worth] : Others(frame)) {
-            const double cost =
-                (tried_share + 1) * kCost[k] + (tried_share + (mixed.empty() ? 1 : 0)) * kMixCost;
-            if (spent + cost <= Budget(worth, trial.samples(), second)) {
-                runs[k] = trial.Filter(*MakeDenoiser(kNetSlots[k].filter), halves, cancel);
+        NetSpec spec;
+        for (const auto& [k, gain] : ExpectedGains(HasOidn(frame), left)) {
+            const double whole = tried_share + 1, mix = tried_share + (mixed.empty() ? 1 : 0);
+            if (!(k == kOidnSlot && !HasOidn(frame)) &&
+                purse.Buy(whole * kFilterCost[k] + mix * kMixCost, gain)) {
+                if (k == kOidnSlot) {
+                    spec.prefilters_oidn = purse.Buy(whole * kPrefilterCost, kPrefilterGain);
+                }
+                runs[k] = trial.Filter(*MakeDenoiser(spec.FilterOf(k)), halves, cancel);
                 all.push_back(&runs[k]);
                 mixed.push_back(k);
-                spent += cost;
             }
         }
         const Judge judge(trial, all, halves);
-        const bool tries = trial.tells() && (std::size(kFeatureGroups) - 1) * tried_share <=
-                                                kFeaturesShare * Budget(1, trial.samples(), second);
+        const bool tries = trial.tells() &&
+                           purse.Buy((std::size(kFeatureGroups) - 1) * tried_share, kFeaturesGain);
         Dropping dropping = DropFeatures(frame, trial, judge, std::move(runs[kBilateralSlot]),
                                          halves, tries, cancel);
         runs[kBilateralSlot] = std::move(dropping.run);
@@ -174,16 +166,14 @@ class Auto final : public Denoiser {
         std::ranges::move(dropping.tried, std::back_inserter(tried));
         std::array<const Trial::Run*, kNetSlotCount> parts = {nullptr, &runs[kBilateralSlot]};
         double seconds = runs[kBilateralSlot].seconds;
+        spec.without = dropping.names;
         for (const std::size_t added : mixed) {
             parts[added] = &runs[added];
             seconds += runs[added].seconds;
             const Trial::Run run = trial.Mix(parts, halves, cancel);
-            NetParts names = {true};
-            for (std::size_t k = 1; k < kNetSlotCount; ++k) {
-                names[k] = parts[k] != nullptr;
-            }
+            spec.parts[added] = true;
             stands.push_back(tried.size());
-            tried.push_back({NetName(names, dropping.names), judge.Of(run), seconds + run.seconds});
+            tried.push_back({NetName(spec), judge.Of(run), seconds + run.seconds});
         }
         const bool judged = trial.tells() && trial.is_wide();
         if (!judged) {
@@ -211,33 +201,66 @@ class Auto final : public Denoiser {
   private:
     float effort_, seconds_;  // 0: any
 
-    static std::span<const Other> Others(const Frame& frame) {
-        const bool has_oidn = HasNetSlot(kOidnSlot) && SuitsNetSlot(kOidnSlot, frame);
-        return has_oidn ? std::span<const Other>(kWithOidn) : kWithoutOidn;
+    static bool HasOidn(const Frame& frame) {
+        return HasNetSlot(kOidnSlot) && SuitsNetSlot(kOidnSlot, frame);
     }
 
-    // What may be spent on what is of that worth, in units of the bilateral filter, which takes
-    // `second` for the frame (0: not known).
-    double Budget(double worth, double samples, double second) const {
-        double budget = std::numeric_limits<double>::infinity();
-        if (effort_ > 0 && samples > 0) {
-            budget = 1 + static_cast<double>(effort_) * worth * samples * kSampleCost;
+    // What is spent, in units of the bilateral filter, and what may be.
+    class Purse {
+      public:
+        // `second`: seconds of the bilateral filter for the frame; 0: not known.
+        Purse(const Auto& of, double samples, double second)
+            : samples_cost_(of.effort_ > 0 && samples > 0
+                                ? static_cast<double>(of.effort_) * samples * kSampleCost
+                                : std::numeric_limits<double>::infinity()),
+              most_(of.seconds_ > 0 && second > 0 ? static_cast<double>(of.seconds_) / second
+                                                  : std::numeric_limits<double>::infinity()) {}
+        void Spend(double cost) { spent_ += cost; }
+        // Spends that on what lowers the error to `gain` of it, if it pays and there is as much.
+        bool Buy(double cost, double gain) {
+            const bool buys =
+                gain < 1 && cost <= SamplesFor(gain) * samples_cost_ && spent_ + cost <= most_;
+            spent_ += buys ? cost : 0;
+            return buys;
         }
-        if (seconds_ > 0 && second > 0) {
-            budget = std::min(budget, static_cast<double>(seconds_) / second);
+
+      private:
+        double samples_cost_, most_, spent_ = 0;
+    };
+
+    // Estimated error of the bilateral filter's image over that of the noisy one; 0: can't be told.
+    static double LeftOfNone(const Trial& trial, const Trial::Run& bilateral, const Choice& choice,
+                             std::shared_ptr<const Denoiser> denoiser, const Frame& frame,
+                             const CancelToken& cancel) {
+        if (!trial.tells()) {
+            return 0;
         }
-        return budget;
+        if (choice.base_halves) {
+            const auto error = EstimateChosen(
+                {.base = std::move(denoiser), .base_halves = choice.base_halves}, frame, cancel);
+            return error && error->unfiltered > 0 ? error->relmse / error->unfiltered : 0;
+        }
+        const Trial::Run* runs[] = {&bilateral};
+        const Judge judge(trial, runs, 2);
+        const Judge::Errors filtered = judge.Of(bilateral), none = judge.OfNone();
+        const double error = std::accumulate(filtered.begin(), filtered.end(), 0.0);
+        const double noisy = std::accumulate(none.begin(), none.end(), 0.0);
+        return noisy > 0 ? error / noisy : 0;
     }
 
     // Of a frame by which filters can't be judged: what is worth most, untried.
     std::string Untried(const Frame& frame, double samples) const {
-        const Other& first = Others(frame)[0];
-        if (1 + kCost[first.slot] + kMixCost > Budget(first.worth, samples, 0)) {
+        const bool has_oidn = HasOidn(frame);
+        const Gain first = ExpectedGains(has_oidn, 0)[0];
+        Purse purse(*this, samples, 0);
+        purse.Spend(1);
+        if (!purse.Buy(kFilterCost[first.slot] + kMixCost, first.gain)) {
             return kNetSlots[kBilateralSlot].filter;
         }
-        NetParts parts = {true, true};
-        parts[first.slot] = true;
-        return NetName(parts, "");
+        NetSpec spec;
+        spec.parts[first.slot] = true;
+        spec.prefilters_oidn = has_oidn && purse.Buy(kPrefilterCost, kPrefilterGain);
+        return NetName(spec);
     }
 
     static std::unique_ptr<Denoiser> Make(const Tried& tried) {

@@ -38,6 +38,7 @@
 // make the noise, the range term's candidates lose some of their energy, which SURE doesn't see:
 // robust's estimated error is too low then.
 #include "server/denoise/bilateral.h"
+#include "server/denoise/seen_lights.h"
 
 #include <fmt/format.h>
 
@@ -48,7 +49,7 @@ namespace relume::denoise {
 std::unique_ptr<Denoiser> MakeBilateral(const ParamSet& params) {
     const std::string mode = params.GetChoice("mode", "robust", {"robust", "corrected", "printed"});
     if (mode == "robust") {
-        return MakeRobustBilateral(BestKernels());
+        return LightsApart(MakeRobustBilateral(BestKernels()));
     }
     if (mode == "corrected") {
         return MakeCorrectedBilateral(BestKernels());

@@ -31,6 +31,7 @@ const std::vector<Alias>& Aliases() {
         {Quantity::kMeanVariance, {"variance.R", "variance.G", "variance.B"}},
         {Quantity::kSampleVariance, {"Variance.R", "Variance.G", "Variance.B"}},
         {Quantity::kCount, {"samples.Y"}},
+        {Quantity::kBrightest, {"brightest.Y"}},
         {Quantity::kHalfA, {"buffer_a.R", "buffer_a.G", "buffer_a.B"}},
         {Quantity::kHalfB, {"buffer_b.R", "buffer_b.G", "buffer_b.B"}},
         {Quantity::kAlbedo, {"albedo.R", "albedo.G", "albedo.B"}},

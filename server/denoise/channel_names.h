@@ -14,6 +14,7 @@ enum class Quantity {
     kMeanVariance,    // of the mean, RGB
     kSampleVariance,  // of one sample, RGB
     kCount,
+    kBrightest,
     kHalfA,
     kHalfB,
     kAlbedo,

@@ -9,6 +9,8 @@
 #include "core/image/metrics.h"
 #include "server/denoise/crop_frame.h"
 #include "server/denoise/frame_parts.h"
+#include "server/denoise/planes.h"
+#include "server/denoise/seen_lights.h"
 #include "server/denoise/yardstick.h"
 
 namespace relume::denoise {
@@ -55,11 +57,18 @@ ErrorEstimate Summarise(const Frame& frame, const Rgb& squared, const Rgb& yards
 }
 
 ErrorEstimate JudgeHalves(const Frame& frame, const FilteredHalves& halves) {
-    const Rgb noise = VarianceByHalves(frame), yardstick = FilteredYardstick(halves);
+    const Rgb noise = VarianceByHalves(frame);
+    Rgb yardstick = FilteredYardstick(halves, frame.width, frame.height);
     Rgb squared = HalvesError(frame, halves, noise);
-    for (Plane& plane : squared) {
-        for (float& error : plane) {
-            error *= kBrighterWhereWrong;
+    // Lights that the camera sees stay as they are, and their halves are too different.
+    const std::vector<unsigned char> lights = FindSeenLights(frame);
+    for (std::size_t c = 0; c < 3; ++c) {
+        for (std::size_t i = 0; i < frame.pixel_count(); ++i) {
+            squared[c][i] *= kBrighterWhereWrong;
+            if (!lights.empty() && lights[i] != 0) {
+                squared[c][i] = noise[c][i];
+                yardstick[c][i] = frame.color[c][i] * frame.color[c][i];
+            }
         }
     }
     ErrorEstimate estimate = Summarise(frame, squared, yardstick, kFilteredBias);
@@ -128,14 +137,24 @@ std::array<Plane, 3> VarianceByHalves(const Frame& frame) {
 }
 
 // The halves' errors are independent, so that their product, unlike a square, is on average what it
-// would be without any.
-std::array<Plane, 3> FilteredYardstick(const FilteredHalves& halves) {
+// would be without any. Where they are far apart it says little: the surroundings' mean is taken
+// there if that is more.
+std::array<Plane, 3> FilteredYardstick(const FilteredHalves& halves, int width, int height) {
+    constexpr int kAround = 2;  // radius, pixels
     Rgb squares;
+    const Plane inside = SumBox(Plane(halves.color[0][0].size(), 1.0f), width, height, kAround);
     for (std::size_t c = 0; c < 3; ++c) {
         const Plane &a = halves.color[0][c], &b = halves.color[1][c];
         squares[c].resize(a.size());
         for (std::size_t i = 0; i < a.size(); ++i) {
             squares[c][i] = std::max(0.0f, a[i] * b[i]);
+        }
+        const Plane around = SumBox(squares[c], width, height, kAround);
+        for (std::size_t i = 0; i < a.size(); ++i) {
+            const float d = a[i] - b[i];
+            if (d * d > squares[c][i]) {
+                squares[c][i] = std::max(squares[c][i], around[i] / inside[i]);
+            }
         }
     }
     return squares;

@@ -25,7 +25,7 @@ struct ErrorEstimate {
 std::array<Plane, 3> VarianceByHalves(const Frame& frame);
 
 // Squared brightness of the filtered image a pixel and channel: what its errors are relative to.
-std::array<Plane, 3> FilteredYardstick(const FilteredHalves& halves);
+std::array<Plane, 3> FilteredYardstick(const FilteredHalves& halves, int width, int height);
 
 // Of the unfiltered image, from its variance.
 ErrorEstimate EstimateNoisy(const Frame& frame);

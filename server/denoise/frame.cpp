@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "server/denoise/frame_repair.h"
+#include "server/denoise/seen_lights.h"
 
 namespace relume::denoise {
 namespace {
@@ -89,6 +90,15 @@ void ReadColor(const Film& film, const Plane& both, Frame* frame) {
         } else {
             variance = LocalDifferenceVariance(width, height, frame->color[c]);
         }
+        frame->variance[c] = variance;
+    }
+    // A light that the camera sees would give its surroundings the level of its own two halves.
+    const std::vector<unsigned char> lights = FindSeenLights(*frame);
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+        known[i] = lights[i] != 0 ? 0 : known[i];
+    }
+    for (int c = 0; c < 3; ++c) {
+        Plane& variance = frame->sample_variance[c];
         frame->variance[c] = Regularise(width, height, variance, halves_variance[c], known);
         FillHoles(width, height, frame->flagged, {}, {&variance, &frame->variance[c]});
     }

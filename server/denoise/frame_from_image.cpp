@@ -37,6 +37,7 @@ class Reader {
     void CopyRepaired(const ChannelGroup& group, bool is_variance, Plane* to) const;
 
     void ReadCount();
+    void ReadBrightest();
     void ReadColor();
     void ReadHalves();
     void ReadVariance();
@@ -67,6 +68,7 @@ void Reader::Read() {
     frame_.flagged.assign(frame_.pixel_count(), 0);
     ReadCount();
     ReadColor();
+    ReadBrightest();
     ReadHalves();
     ReadVariance();
     ReadFeature(Quantity::kAlbedo, kAlbedoR, "albedo");
@@ -93,6 +95,12 @@ void Reader::ReadCount() {
         float& n = frame_.count[i];
         n = IsUsable(n) ? std::max(n, 0.0f) : 0.0f;
         frame_.flagged[i] = n == 0;
+    }
+}
+
+void Reader::ReadBrightest() {
+    if (const auto group = FindChannels(image_, Quantity::kBrightest)) {
+        CopyRepaired(*group, true, &frame_.brightest);
     }
 }
 

@@ -12,6 +12,8 @@
 //                       rd-nfor, and oidn if its weights are there
 //   bilateral-without   corrected only: features that the bilateral filter is not to look at, as
 //                       `without`
+//   oidn-features       corrected only: prefiltered (default), or noisy, oidn's `features`: a third
+//                       of its time
 //
 // The estimated error is the weighted mean of the candidates' own, an upper bound where they are
 // right (Jensen); unset if oidn, which has none, is among them.
@@ -114,18 +116,15 @@ void Normalise(const NetCandidates& candidates, std::array<Plane, kNetSlotCount>
 
 class Net final : public Denoiser {
   public:
-    Net(const NetParts& parts, std::string without) : parts_(parts), without_(std::move(without)) {
+    explicit Net(NetSpec spec) : spec_(std::move(spec)) {
         for (std::size_t k = 0; k < kNetSlotCount; ++k) {
-            if (parts[k]) {
-                const bool blind = k == kBilateralSlot && !without_.empty();
-                candidates_[k] =
-                    MakeDenoiser(fmt::format("{}{}{}", kNetSlots[k].filter,
-                                             blind ? ",without=" : "", blind ? without_ : ""));
+            if (spec_.parts[k]) {
+                candidates_[k] = MakeDenoiser(spec_.FilterOf(k));
             }
         }
     }
 
-    std::string Describe() const override { return NetName(parts_, without_); }
+    std::string Describe() const override { return NetName(spec_); }
 
     Result Reconstruct(const Frame& frame, const CancelToken& cancel) const override {
         std::array<Result, kNetSlotCount> results;
@@ -165,8 +164,7 @@ class Net final : public Denoiser {
     }
 
   private:
-    NetParts parts_;
-    std::string without_;
+    NetSpec spec_;
     std::array<std::unique_ptr<Denoiser>, kNetSlotCount> candidates_;
 };
 
@@ -207,9 +205,22 @@ bool SuitsNetSlot(std::size_t slot, const Frame& frame) {
     return slot != kOidnSlot || std::min(frame.width, frame.height) >= kLeastForOidn;
 }
 
-std::string NetName(const NetParts& parts, const std::string& without) {
-    return fmt::format("net:candidates={}{}{}", JoinNames(parts),
-                       without.empty() ? "" : ",bilateral-without=", without);
+std::string NetSpec::FilterOf(std::size_t slot) const {
+    std::string filter = kNetSlots[slot].filter;
+    if (slot == kBilateralSlot && !without.empty()) {
+        filter += ",without=" + without;
+    }
+    if (slot == kOidnSlot && !prefilters_oidn) {
+        filter += ",features=noisy";
+    }
+    return filter;
+}
+
+std::string NetName(const NetSpec& spec) {
+    return fmt::format(
+        "net:candidates={}{}{}{}", JoinNames(spec.parts),
+        spec.without.empty() ? "" : ",bilateral-without=", spec.without,
+        spec.parts[kOidnSlot] && !spec.prefilters_oidn ? ",oidn-features=noisy" : "");
 }
 
 NetMix MixByNetwork(const Frame& frame, const NetCandidates& candidates,
@@ -243,8 +254,12 @@ std::unique_ptr<Denoiser> MakeNet(const ParamSet& params) {
     for (std::size_t k = 0; k < kNetSlotCount; ++k) {
         all[k] = HasNetSlot(k);
     }
-    return std::make_unique<Net>(ParseParts(params.GetString("candidates", JoinNames(all))),
-                                 params.GetString("bilateral-without", ""));
+    NetSpec spec;
+    spec.parts = ParseParts(params.GetString("candidates", JoinNames(all)));
+    spec.without = params.GetString("bilateral-without", "");
+    spec.prefilters_oidn =
+        params.GetChoice("oidn-features", "prefiltered", {"prefiltered", "noisy"}) == "prefiltered";
+    return std::make_unique<Net>(std::move(spec));
 }
 
 }  // namespace relume::denoise

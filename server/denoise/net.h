@@ -18,8 +18,18 @@ bool HasNetSlot(std::size_t slot);
 // pixels mostly the blackness beyond its border.
 bool SuitsNetSlot(std::size_t slot, const Frame& frame);
 
-// "net:candidates=rd-nfor"; `without`: what the bilateral filter is blind to, "" or "albedo-depth".
-std::string NetName(const NetParts& parts, const std::string& without);
+// What is mixed, and how it is made.
+struct NetSpec {
+    NetParts parts = {true, true};
+    std::string without;          // what the bilateral filter is blind to, "" or "albedo-depth"
+    bool prefilters_oidn = true;  // albedo and normal are filtered before oidn sees them
+
+    // The filter that makes that candidate.
+    std::string FilterOf(std::size_t slot) const;
+};
+
+// "net:candidates=rd-nfor"
+std::string NetName(const NetSpec& spec);
 
 // What the network makes of candidates that are there already: a mean of them, whose weights are a
 // pixel's own.

@@ -16,9 +16,9 @@ inline constexpr struct {
     const char* filter;
 } kNetSlots[] = {{"none", "none"},
                  {"bilateral", "bilateral:mode=robust"},
-                 {"rd", "rd"},
-                 {"nfor", "nfor"},
-                 {"oidn", "oidn"}};
+                 {"rd", "rd:lights=apart"},
+                 {"nfor", "nfor:lights=apart"},
+                 {"oidn", "oidn:lights=apart"}};
 inline constexpr std::size_t kNetSlotCount = std::size(kNetSlots);
 // Their numbers.
 inline constexpr std::size_t kBilateralSlot = 1, kRdSlot = 2, kNforSlot = 3, kOidnSlot = 4;

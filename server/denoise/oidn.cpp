@@ -76,7 +76,7 @@ class Oidn final : public Denoiser {
                 "alone; take size=base");
         }
         main_ = OfSize(features_ == "none"    ? "rt_hdr"
-                       : features_ == "noisy" ? "rt_hdr_alb_nrm"
+                       : features_ == "noisy" ? kOidnNoisyNetwork
                                               : kOidnCleanNetwork);
         CheckOidnNetwork(main_);
         if (features_ == "prefiltered") {

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <iterator>
 #include <map>
 #include <mutex>
@@ -83,8 +85,9 @@ void CheckOidnNetwork(const std::string& name) {
 }
 
 bool HasOidnNetworks() {
-    return !NetworkSource(kOidnCleanNetwork).empty() &&
-           !NetworkSource(kOidnAlbedoNetwork).empty() && !NetworkSource(kOidnNormalNetwork).empty();
+    return std::ranges::none_of(
+        std::array{kOidnCleanNetwork, kOidnNoisyNetwork, kOidnAlbedoNetwork, kOidnNormalNetwork},
+        [](const char* name) { return NetworkSource(name).empty(); });
 }
 
 std::shared_ptr<const Network> LoadOidnNetwork(const std::string& name) {

@@ -19,11 +19,13 @@ std::shared_ptr<const Network> LoadOidnNetwork(const std::string& name);
 // Throws as that does, without reading it.
 void CheckOidnNetwork(const std::string& name);
 
-// What `oidn` runs by default: for colour with clean features, and for albedo and normal.
+// What `oidn` runs for colour with clean features, its default, and with noisy ones, and for albedo
+// and normal.
 inline constexpr const char* kOidnCleanNetwork = "rt_hdr_calb_cnrm";
+inline constexpr const char* kOidnNoisyNetwork = "rt_hdr_alb_nrm";
 inline constexpr const char* kOidnAlbedoNetwork = "rt_alb";
 inline constexpr const char* kOidnNormalNetwork = "rt_nrm";
-// Whether all three are there.
+// Whether all of these are there.
 bool HasOidnNetworks();
 
 }  // namespace relume::denoise

@@ -62,6 +62,9 @@ Image AssembleLayers(const Frame& frame, const Result& result, const ErrorEstima
     if (!all_layers) {
         return image;
     }
+    if (!frame.brightest.empty()) {
+        AddPlane("brightest.Y", frame.brightest, &image);
+    }
     if (frame.has_halves()) {
         AddRgb("buffer_a.", frame.half[0], &image);
         AddRgb("buffer_b.", frame.half[1], &image);

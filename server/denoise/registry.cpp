@@ -6,6 +6,7 @@
 #include "server/denoise/fireflies.h"
 #include "server/denoise/on_changed_frame.h"
 #include "server/denoise/restore_energy.h"
+#include "server/denoise/seen_lights.h"
 #include "server/denoise/without_features.h"
 
 namespace relume::denoise {
@@ -135,6 +136,9 @@ std::unique_ptr<Denoiser> MakeDenoiser(const std::string& text) {
                 denoiser =
                     WithoutFeatures(std::move(denoiser), named.params.GetString("without", ""));
             }
+            if (named.params.GetChoice("lights", "keep", {"keep", "apart"}) == "apart") {
+                denoiser = LightsApart(std::move(denoiser));
+            }
             if (named.params.GetChoice("fireflies", "keep", {"keep", "spread"}) == "spread") {
                 if (denoiser->GetNeeds().samples) {
                     ThrowInvalidArgument(
@@ -169,6 +173,10 @@ std::string DescribeDenoisers() {
         "    fireflies=keep   keep; or spread: pixels that one bright sample made are spread over "
         "their\n"
         "                     neighbours first\n"
+        "    lights=keep      keep; or apart: lamps that the camera sees, where they are noisy, "
+        "are "
+        "taken out\n"
+        "                     first, and come back as they were\n"
         "    energy=keep      keep; or restore: the whole image times a number so that its light "
         "is "
         "the\n"

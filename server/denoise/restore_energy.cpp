@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include "server/denoise/seen_lights.h"
+
 namespace relume::denoise {
 namespace {
 
@@ -70,7 +72,7 @@ class Restored final : public Denoiser {
 }  // namespace
 
 std::unique_ptr<Denoiser> RestoreEnergy(std::unique_ptr<Denoiser> denoiser) {
-    return std::make_unique<Restored>(std::move(denoiser));
+    return LightsApart(std::make_unique<Restored>(std::move(denoiser)));
 }
 
 }  // namespace relume::denoise

@@ -11,6 +11,7 @@
 #include "server/denoise/error_estimate.h"
 #include "server/denoise/halves.h"
 #include "server/denoise/net.h"
+#include "server/denoise/seen_lights.h"
 
 namespace relume::denoise {
 namespace {
@@ -34,12 +35,13 @@ Trial::Trial(const Frame& frame) {
     is_small_ = ChooseWindows(frame, kShare).size() <= 1;
     const double few = static_cast<double>(frame.pixel_count()) / kPixelsAWindow;
     for (const TileRect& rect : ChooseWindows(frame, kShare, std::clamp(few, 1.0, 8.0))) {
-        Window window{CutPart(frame, rect), {}, {}};
+        Window window{CutPart(frame, rect), {}, {}, {}};
         part += window.part.frame.pixel_count();
         for (const int half : {0, 1}) {
             window.half[static_cast<std::size_t>(half)] = HalfFrame(window.part.frame, half);
         }
         window.noise = VarianceByHalves(window.part.frame);
+        window.lights = FindSeenLights(window.part.frame);
         windows_.push_back(std::move(window));
     }
     if (!frame.count.empty()) {
@@ -153,9 +155,11 @@ void Judge::EachBlock(Body body) const {
 float Judge::Product(std::size_t window, std::size_t channel, std::size_t pixel, int half, float f,
                      float g) const {
     const Trial::Window& of = trial_.windows()[window];
+    const float noise = of.noise[channel][pixel];
     return scale_[window][channel][pixel] *
-           HeldOutProduct(of.part.frame.half[1 - half][channel][pixel], f, g,
-                          of.noise[channel][pixel]);
+           (!of.lights.empty() && of.lights[pixel] != 0
+                ? noise
+                : HeldOutProduct(of.part.frame.half[1 - half][channel][pixel], f, g, noise));
 }
 
 Judge::Errors Judge::OfNone() const {

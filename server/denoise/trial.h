@@ -40,9 +40,10 @@ class Trial {
             const CancelToken& cancel) const;
 
     struct Window {
-        FramePart part;              // of which `inner` is judged: the rest is halo
-        std::array<Frame, 2> half;   // frames of their own
-        std::array<Plane, 3> noise;  // variance of the mean
+        FramePart part;                     // of which `inner` is judged: the rest is halo
+        std::array<Frame, 2> half;          // frames of their own
+        std::array<Plane, 3> noise;         // variance of the mean
+        std::vector<unsigned char> lights;  // FindSeenLights: no filter is to change them
     };
     const std::vector<Window>& windows() const { return windows_; }
     // Pixels that a filter sees, over those of the frame.

@@ -16,20 +16,16 @@
 namespace relume::server {
 namespace {
 
-// For filters that can't filter a half alone, or not as small as it is to be: the cheapest that
-// ranks regions alike (methods 5.5).
-constexpr const char* kForOneHalf = "bilateral:mode=robust";
+// The cheapest filter that ranks regions as others do (methods 5.5).
+constexpr const char* kForGuiding = "bilateral:mode=robust";
 
 }  // namespace
 
 jobs::Guide MakeGuide(const std::string& filter) {
-    std::shared_ptr<const denoise::Denoiser> denoiser = denoise::MakeDenoiser(filter);
-    if (denoiser->Describe() == "none") {
+    if (denoise::MakeDenoiser(filter)->Describe() == "none") {
         return {};
     }
-    if (denoiser->GetNeeds().halves || denoiser->GetNeeds().samples) {
-        denoiser = denoise::MakeDenoiser(kForOneHalf);
-    }
+    const std::shared_ptr<const denoise::Denoiser> denoiser = denoise::MakeDenoiser(kForGuiding);
     return [denoiser](const Film& film, double) {
         const denoise::Frame small = denoise::ShrinkFrame(denoise::FrameFromFilm(film));
         const denoise::Plane differ =
@@ -97,7 +93,7 @@ jobs::Estimators MakeErrorEstimator(const std::string& filter) {
     const auto state = std::make_shared<EstimatorState>();
     state->asked = denoise::MakeDenoiser(filter);
     if (state->asked->GetNeeds().samples) {
-        state->asked = denoise::MakeDenoiser(kForOneHalf);  // minutes for each plan else
+        state->asked = denoise::MakeDenoiser(kForGuiding);  // minutes for each plan else
     }
     jobs::Estimators estimators;
     estimators.save = [state] { return SaveEstimator(*state); };

@@ -9,8 +9,8 @@
 namespace relume::server {
 
 // The filter in the sampler's loop: where the two filtered halves of a film disagree
-// (denoise/halves.h). `filter` is a job's. An empty Guide for "none". One that
-// can't filter a half alone is stood for by the bilateral filter.
+// (denoise/halves.h). `filter` is a job's: an empty Guide for "none", for all others that of the
+// bilateral filter, which ranks regions alike and is the cheapest.
 // Halves of the size are filtered: a quarter of the time, and no worse a guide (bench/sampling).
 jobs::Guide MakeGuide(const std::string& filter);
 

@@ -151,7 +151,7 @@ TEST(Auto, SpendsNoMoreThanIsWorthIt) {
     };
     EXPECT_EQ(tried("auto:effort=0.01", 8), 2u);  // none, the bilateral filter
     EXPECT_GT(tried("auto", 8), tried("auto:effort=0.01", 8));
-    EXPECT_GT(tried("auto:effort=0.6", 64), 6u);  // with fewer features, and mixtures
+    EXPECT_GT(tried("auto:effort=3", 64), 6u);  // with fewer features, and mixtures
     EXPECT_EQ(MakeDenoiser("auto:effort=0.6,seconds=2")->Describe(), "auto:effort=0.6,seconds=2");
     EXPECT_EQ(MakeDenoiser("auto:effort=0")->Describe(), "auto");
     EXPECT_THROW(MakeDenoiser("auto:effort=-1"), Error);

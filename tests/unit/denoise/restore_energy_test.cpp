@@ -69,6 +69,7 @@ TEST(RestoreEnergy, AFireflyProvesNothing) {
     const auto hook = [](int x, int y, int index, PixelSample* sample) {
         if (y == 7 && x == 20 && index == 2) {
             sample->radiance = {1e5f, 1e5f, 1e5f};
+            sample->indirect_luminance = 1e5f;
         }
     };
     const Frame clean = FrameFromFilm(MakeFilm({120, 80}, 8, 3));

@@ -65,6 +65,7 @@ Film MakeFilm(const TileRect& window, int display_width, int display_height, con
             const double light = Uniform(&rng);
             const auto noise = static_cast<float>(-std::log1p(-light));
             sample.radiance = truth.Color(x, y) * noise;
+            sample.indirect_luminance = Luminance(sample.radiance);
             if (hook) {
                 hook(x, y, s, &sample);
             }

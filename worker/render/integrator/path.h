@@ -53,9 +53,9 @@ struct Path {
     float pdf = 0;        // density of `direction`; 0: perfectly specular, or from the camera
     LightReceiver from;   // where `direction` was drawn: lights might have been sampled there
     float eta_scale = 1;  // undoes the radiance scaling of refractions in `throughput`
-    // Radiance so far: emission seen through specular bounces alone, and all other.
+    // Radiance so far: emission that the camera sees directly, and all other.
     Rgb direct, indirect;
-    bool specular_only = true;
+    bool from_camera = true;  // the ray
     Rgb absorption;  // of what the ray runs through, per scene unit
 
     // Features (core/film/aov.h) are overwritten at each vertex while they are open.

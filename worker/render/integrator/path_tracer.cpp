@@ -217,7 +217,7 @@ void PathTracer::Leave(const EnvironmentLight::Place& place, Path* path) const {
         float pdf = 0;
         radiance = lights_.Environment(place, path->pdf > 0 ? &pdf : nullptr);
         const float weight = path->pdf > 0 ? PowerHeuristic(path->pdf, pdf) : 1;
-        (path->specular_only ? path->direct : path->indirect) +=
+        (path->from_camera ? path->direct : path->indirect) +=
             path->throughput * radiance * weight;
     }
     if (path->features_open) {

@@ -87,7 +87,7 @@ void PathTracer::AddEmission(const Surface& surface, const CompiledMaterial& mat
                                 lights_.AreaPdf(path->from, object, path->hit.triangle, path->hit.t,
                                                 path->direction, path->hit.normal));
     }
-    (path->specular_only ? path->direct : path->indirect) +=
+    (path->from_camera ? path->direct : path->indirect) +=
         path->throughput * Emission(material, textures_, surface.uv) * weight;
 }
 
@@ -154,7 +154,7 @@ bool PathTracer::SampleDirection(const Surface& surface, const CompiledMaterial&
     path->throughput *= next->weight;
     path->eta_scale *= next->eta2;
     path->pdf = next->pdf;
-    path->specular_only = path->specular_only && next->pdf == 0;
+    path->from_camera = false;
     path->origin = surface.Leave(next->wi);
     path->direction = next->wi;
     if (IsBlack(path->throughput)) {

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "server/denoise/net_inputs.h"
+
+namespace relume::denoise {
+
+// What filters cost, and what they are worth: how many samples their gain would have needed.
+//
+// Costs are in times of the bilateral filter on the same pixels (bench/filters): 0.73 s a megapixel
+// on two cores.
+inline constexpr std::array<double, kNetSlotCount> kFilterCost = {0, 1, 7, 6.7, 1};
+inline constexpr double kPrefilterCost = 2.2;  // of oidn's features
+inline constexpr double kMixCost = 0.6;        // of the network that mixes
+// Of a sample a pixel of a scene that is quick to render (bench/peers): 1.4 s a megapixel.
+inline constexpr double kSampleCost = 1.75;
+
+// Samples over those that are there that would lower the error to `gain` of it as well: error falls
+// with time to the power of 0.8 or so.
+double SamplesFor(double gain);
+
+// The candidates of `net` beside the noisy image and the bilateral filter, in the order in which
+// they are worth their time, and what is expected of each: its error over that without it.
+// `bilateral_over_none`: what the bilateral filter leaves of the error of the noisy image, as far
+// as is known; else 0.
+struct Gain {
+    std::size_t slot;
+    double gain;
+};
+std::array<Gain, 3> ExpectedGains(bool has_oidn, double bilateral_over_none);
+// Of prefiltered features for oidn, in what the network mixes.
+inline constexpr double kPrefilterGain = 0.97;
+
+}  // namespace relume::denoise
