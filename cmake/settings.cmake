@@ -7,6 +7,8 @@ if(NOT CMAKE_BUILD_TYPE)
     set(CMAKE_BUILD_TYPE Release CACHE STRING "" FORCE)
 endif()
 
+option(RELUME_TESTS "Build the tests; the bench needs them" ON)
+option(RELUME_BENCH "Build the bench, and its tests" ON)
 option(RELUME_WERROR "Treat warnings as errors" OFF)
 set(RELUME_SANITIZER "" CACHE STRING "Sanitizers, e.g. address,undefined or thread")
 

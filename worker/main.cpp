@@ -140,6 +140,7 @@ int main(int argc, char** argv) {
         });
 
         options.tls = relume::LoadClientTls(tls);
+        options.tls_files = tls;
         if (!join_token.empty()) {
             options.join_token = relume::ReadJoinToken(join_token);
         }

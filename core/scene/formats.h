@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -37,6 +38,9 @@ struct LoadOptions {
     // Seconds at which the shutter opens, and for which it is open; negative: as the file says
     // (glTF: 0; pbrt: the camera's shutteropen and shutterclose). Open for 0 s, nothing moves.
     float time = -1, shutter = -1;
+    // Bytes that the scene's arrays, without pictures, may take (kResourceExhausted); 0: half of
+    // what this process may.
+    std::uint64_t most_array_bytes = 0;
     // If set, gets what loads the scene at other times; null where nothing moves, or the format
     // (all but glTF) can't but load it again.
     std::shared_ptr<const SceneTimes>* times = nullptr;

@@ -3,14 +3,15 @@
 #include <fmt/format.h>
 #include <tiny_gltf.h>
 
-#include <atomic>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "core/scene/array_room.h"
 #include "core/scene/formats.h"
 #include "core/scene/motion.h"
 #include "core/scene/scene.h"
@@ -69,7 +70,7 @@ bool IsKnownExtension(const std::string& name);
 // buffers are moved out of the document, which must outlive it.
 class Data {
   public:
-    Data(Document* document, const FileSource& files);
+    Data(Document* document, const FileSource& files, std::uint64_t most_bytes);
 
     // `components` floats an element; integers are converted, and scaled if normalised
     // (section 3.6.2.2).
@@ -87,15 +88,12 @@ class Data {
     void ApplySparse(const tinygltf::Accessor& accessor, int components,
                      const SourceLocation& place, std::vector<float>* values) const;
 
-    // Counts bytes that are about to be made of an accessor. Throws kResourceExhausted when all
-    // together would take more than half of the machine's memory: any number of accessors may be
-    // made of one buffer.
+    // Counts what is about to be made of an accessor.
     void Count(std::uint64_t elements, int components, const SourceLocation& place) const;
 
     const Document& document_;
-    std::vector<std::string> buffers_;
-    const std::uint64_t max_bytes_;
-    mutable std::atomic<std::uint64_t> bytes_{0};
+    std::shared_ptr<const std::vector<std::string>> buffers_;
+    mutable ArrayRoom room_;
 };
 
 // What the nodes of the default scene place. Meshes are indices of the file's meshes.

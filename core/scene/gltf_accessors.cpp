@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/base/resources.h"
 #include "core/scene/gltf.h"
 #include "core/scene/uri.h"
 
@@ -117,8 +116,10 @@ struct Data::Elements {
     }
 };
 
-Data::Data(Document* document, const FileSource& files)
-    : document_(*document), max_bytes_(AvailableResources().memory / 2) {
+Data::Data(Document* document, const FileSource& files, std::uint64_t most_bytes)
+    : document_(*document), room_(most_bytes) {
+    const auto buffers = std::make_shared<std::vector<std::string>>();
+    buffers_ = buffers;
     for (std::size_t i = 0; i < document->buffers.size(); ++i) {
         Document::Buffer& buffer = document->buffers[i];
         const SourceLocation place = document->Place("buffer", i, "");
@@ -144,13 +145,13 @@ Data::Data(Document* document, const FileSource& files)
                     "{}: {} is truncated: has {} bytes, the scene needs {}; restore the file",
                     place, file, bytes.size(), buffer.byte_length));
         }
-        buffers_.push_back(std::move(bytes));
+        buffers->push_back(std::move(bytes));
     }
 }
 
 std::string_view Data::View(int buffer_view, const SourceLocation& place) const {
     const auto& view = At(document_.model.bufferViews, buffer_view, place, "buffer view");
-    const std::string& buffer = At(buffers_, view.buffer, place, "buffer");
+    const std::string& buffer = At(*buffers_, view.buffer, place, "buffer");
     if (view.byteOffset > buffer.size() || view.byteLength > buffer.size() - view.byteOffset) {
         Fail(place,
              fmt::format(
@@ -201,13 +202,8 @@ const tinygltf::Accessor& Data::CheckedAccessor(int accessor, int components,
 
 void Data::Count(std::uint64_t elements, int components, const SourceLocation& place) const {
     const std::uint64_t size = static_cast<std::uint64_t>(components) * sizeof(float);
-    if (elements > max_bytes_ / size || (bytes_ += elements * size) > max_bytes_) {
-        throw Error(ErrorCode::kResourceExhausted,
-                    fmt::format("{}: the arrays of the scene, with this one of {} elements, take "
-                                "more than {} MiB, half of this machine's memory; simplify the "
-                                "scene, or render it on a larger machine",
-                                place, elements, max_bytes_ >> 20));
-    }
+    constexpr std::uint64_t kMost = std::numeric_limits<std::uint64_t>::max();
+    room_.Take(elements > kMost / size ? kMost : elements * size, [&] { return place; });
 }
 
 std::vector<float> Data::Floats(int accessor, int components, const SourceLocation& place) const {

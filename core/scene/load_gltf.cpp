@@ -53,23 +53,24 @@ std::vector<ImageRequest> Requests(const Document& document, const Data& data, c
 // A file with its buffers, from which the scene is read at any time.
 class Opened {
   public:
-    Opened(const FileSource& files, const std::string& main_name)
+    Opened(const FileSource& files, const std::string& main_name, std::uint64_t most_array_bytes)
         : document_(ParseDocument(files, main_name)),
           notes_(IgnoredIn(document_)),
-          data_(&document_, files),
+          data_(&document_, files, most_array_bytes),
           animations_(document_, data_, &notes_) {}
     Opened(const Opened&) = delete;
     Opened& operator=(const Opened&) = delete;
 
     // All but the pictures; what they are is answered.
     Look Read(float time, float shutter, Scene* scene) const {
+        const Data data = data_;  // which counts what this reading makes, not the ones before
         Notes notes = notes_;
         const double open = animations_.empty() ? 0 : std::max(shutter, 0.0f);
         const Poses poses{&animations_, SampleTimes(std::max(time, 0.0f), open)};
         Placed placed = ReadNodes(document_, poses, &notes);
         Look look = ReadMaterials(document_, placed, &notes);
         scene->name = document_.name;
-        ReadMeshes(document_, data_, poses, placed, look, scene, &notes);
+        ReadMeshes(document_, data, poses, placed, look, scene, &notes);
         scene->hints.animation_seconds = static_cast<float>(animations_.end());
         scene->lights = std::move(placed.lights);
         scene->cameras = std::move(placed.cameras);
@@ -124,7 +125,7 @@ class GltfTimes final : public SceneTimes {
 
 Scene LoadGltf(const FileSource& files, const std::string& main_name, const LoadOptions& options) {
     Scene scene;
-    auto opened = std::make_unique<const gltf::Opened>(files, main_name);
+    auto opened = std::make_unique<const gltf::Opened>(files, main_name, options.most_array_bytes);
     auto requests = opened->Pictures(opened->Read(options.time, options.shutter, &scene));
     const bool keep = options.times != nullptr && opened->moves();
     if (!keep) {

@@ -13,12 +13,13 @@ Scene LoadObj(const FileSource& files, const std::string& main_name, const LoadO
     scene.name = main_name;
     text::Notes notes;
     obj::Document document;
-    obj::ParseDocument(files, main_name, &document, &notes);
+    ArrayRoom room(options.most_array_bytes);
+    obj::ParseDocument(files, main_name, &document, &notes, &room);
     std::vector<std::string> libraries;
     obj::Materials materials(&notes);
     const std::vector<int> material_of =
         materials.Convert(document, obj::ReadLibraries(files, &document, &libraries, &notes));
-    obj::MakeMeshes(document, material_of, &scene, &notes);
+    obj::MakeMeshes(document, material_of, &scene, &notes, &room);
     materials.Finish(files, options.decode_images, &scene);
     for (Mesh& mesh : scene.meshes) {
         bool textured = false;
@@ -41,7 +42,8 @@ Scene LoadObj(const FileSource& files, const std::string& main_name, const LoadO
 std::vector<std::string> ListObjFiles(const FileSource& files, const std::string& main_name) {
     text::Notes notes;
     obj::Document document;
-    obj::ParseDocument(files, main_name, &document, &notes);
+    ArrayRoom room;
+    obj::ParseDocument(files, main_name, &document, &notes, &room);
     std::vector<std::string> names{main_name};
     obj::Materials materials(&notes);
     materials.Convert(document, obj::ReadLibraries(files, &document, &names, &notes));

@@ -39,8 +39,9 @@ class Loader {
   public:
     Loader(const FileSource& files, const std::string& main_name, const LoadOptions& options)
         : files_(files),
+          room_(options.most_array_bytes),
           tokens_(files, main_name),
-          document_(ParseDocument(&tokens_, &notes_)),
+          document_(ParseDocument(&tokens_, &notes_, &room_)),
           spectra_(files, document_.version3, &notes_),
           textures_(document_, &spectra_, &notes_),
           materials_(document_, &textures_, &spectra_, &notes_) {
@@ -144,6 +145,7 @@ class Loader {
         if (known != shared_.end()) {
             mesh = known->second;
         } else {
+            room_.ForOneMore(plans_, [&] { return shape.is.place.Text(); });
             plans_.push_back({{&shape}, material});
             if (!key.empty()) {
                 shared_[{key, material}] = mesh;
@@ -155,6 +157,8 @@ class Loader {
         const SampledTransform to_world =
             SampleBetween(shape.to_world, document_.transform_times, times_, shape.is.place);
         moves_ = moves_ || shape.to_world.moves();
+        room_.ForOneMore(*placements, [&] { return shape.is.place.Text(); });
+        room_.Take(to_world.size() * sizeof(Transform), [&] { return shape.is.place.Text(); });
         placements->push_back({mesh, Multiply(to_world, {MeshToShape(shape)})});
     }
 
@@ -167,6 +171,7 @@ class Loader {
     }
 
     void MakeMeshes() {
+        room_.Reserve(&scene_.meshes, plans_.size(), [&] { return scene_.name; });
         scene_.meshes.resize(plans_.size());
         // Kept by index: which error and notes are told must not depend on threads.
         std::vector<std::optional<Error>> errors(plans_.size());
@@ -175,11 +180,11 @@ class Loader {
             for (std::size_t i = begin; i < end; ++i) {
                 Mesh& mesh = scene_.meshes[i];
                 try {
-                    MakeMesh(plans_[i].shapes, files_, &mesh, &notes[i]);
+                    MakeMesh(plans_[i].shapes, files_, &mesh, &notes[i], &room_);
                     mesh.material = plans_[i].material;
                     mesh.name = plans_[i].shapes.front()->is.type;
                     if (mesh.uvs.empty() && materials_.HasTextures(mesh.material)) {
-                        AddDefaultUvs(&mesh);
+                        AddDefaultUvs(&mesh, &room_);
                     }
                 } catch (const Error& error) {
                     errors[i] = error;
@@ -243,14 +248,19 @@ class Loader {
             kept.push_back(std::move(scene_.meshes[i]));
         }
         scene_.meshes = std::move(kept);
-        const auto place = [&](const Placement& placement, const SampledTransform& to_world) {
+        const auto place = [&](const Placement& placement, const SampledTransform& to_world,
+                               const auto& where) {
             if (index_of[placement.mesh] >= 0) {
+                std::vector<Transform> motion = MotionKeys(to_world);
+                room_.Take(motion.size() * sizeof(Transform), where);
+                room_.ForOneMore(scene_.instances, where);
                 scene_.instances.push_back(
-                    {index_of[placement.mesh], to_world.front(), MotionKeys(to_world)});
+                    {index_of[placement.mesh], to_world.front(), std::move(motion)});
             }
         };
         for (const Placement& placement : world_) {
-            place(placement, placement.to_parent);
+            place(placement, placement.to_parent,
+                  [&] { return plans_[placement.mesh].shapes.front()->is.place.Text(); });
         }
         for (const ObjectUse& use : document_.uses) {
             const auto& object = objects_[static_cast<std::size_t>(use.object)];
@@ -263,7 +273,8 @@ class Loader {
                 SampleBetween(use.to_world, document_.transform_times, times_, use.place);
             moves_ = moves_ || use.to_world.moves();
             for (const Placement& placement : object) {
-                place(placement, Multiply(to_world, placement.to_parent));
+                place(placement, Multiply(to_world, placement.to_parent),
+                      [&] { return use.place.Text(); });
             }
         }
         if (moves_ || document_.camera_from_world.moves()) {
@@ -272,6 +283,7 @@ class Loader {
     }
 
     const FileSource& files_;
+    ArrayRoom room_;
     Notes notes_;
     Tokens tokens_;
     Document document_;

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/scene/array_room.h"
 #include "core/scene/formats.h"
 #include "core/scene/scene.h"
 #include "core/scene/text_place.h"
@@ -75,9 +76,9 @@ struct Document {
     std::vector<Named> libraries;      // mtllib, as written
 };
 
-// Throws naming file, line and column of what is not OBJ.
+// Throws naming file, line and column of what is not OBJ, or has no room.
 void ParseDocument(const FileSource& files, const std::string& name, Document* document,
-                   Notes* notes);
+                   Notes* notes, ArrayRoom* room);
 
 // A picture with its options.
 struct Map {
@@ -109,6 +110,6 @@ void ParseLibrary(const std::string* name, std::string_view bytes,
 // One Mesh for each pair of name and material, and one Instance of it. `material_of`: from an index
 // of material_uses, plus 1, to Scene's (0: of faces without one).
 void MakeMeshes(const Document& document, const std::vector<int>& material_of, Scene* scene,
-                Notes* notes);
+                Notes* notes, ArrayRoom* room);
 
 }  // namespace relume::obj

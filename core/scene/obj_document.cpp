@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <type_traits>
 #include <unordered_map>
 #include <utility>
 
@@ -19,8 +20,11 @@ constexpr std::string_view kWithoutMeaning[] = {"vp",       "lod",        "bevel
 
 class Parser {
   public:
-    Parser(std::string_view bytes, Document* document, Notes* notes)
-        : lines_(&document->names.front(), bytes), document_(*document), notes_(notes) {}
+    Parser(std::string_view bytes, Document* document, Notes* notes, ArrayRoom* room)
+        : lines_(&document->names.front(), bytes),
+          document_(*document),
+          notes_(notes),
+          room_(room) {}
 
     void Parse() {
         while (lines_.Next()) {
@@ -39,17 +43,23 @@ class Parser {
         Place place;
     };
 
+    template <class T>
+    void Add(std::type_identity_t<T> thing, std::vector<T>* to) {
+        room_->ForOneMore(*to, [&] { return lines_.At(0).Text(); });
+        to->push_back(std::move(thing));
+    }
+
     void Statement(std::string_view word) {
         if (word == "v") {
-            document_.positions.push_back({lines_.Number(1), lines_.Number(2), lines_.Number(3)});
+            Add({lines_.Number(1), lines_.Number(2), lines_.Number(3)}, &document_.positions);
             if (lines_.words().size() >= 7) {
                 notes_->Add(lines_.At(0), "vertex colours are ignored");
             }
         } else if (word == "vt") {
             const bool has_v = lines_.words().size() > 2;
-            document_.uvs.push_back({lines_.Number(1), has_v ? lines_.Number(2) : 0});
+            Add({lines_.Number(1), has_v ? lines_.Number(2) : 0}, &document_.uvs);
         } else if (word == "vn") {
-            document_.normals.push_back({lines_.Number(1), lines_.Number(2), lines_.Number(3)});
+            Add({lines_.Number(1), lines_.Number(2), lines_.Number(3)}, &document_.normals);
         } else if (word == "f" || word == "fo") {
             Face();
         } else if (word == "g") {
@@ -64,7 +74,7 @@ class Parser {
         } else if (word == "usemtl") {
             UseMaterial(lines_.Rest(1));
         } else if (word == "mtllib") {
-            document_.libraries.push_back({lines_.Rest(1), lines_.At(0)});
+            Add({lines_.Rest(1), lines_.At(0)}, &document_.libraries);
         } else if (word == "l" || word == "p") {
             notes_->Add(lines_.At(0), "points and lines are left out: they have no surface");
         } else if (std::find(std::begin(kWithoutMeaning), std::end(kWithoutMeaning), word) ==
@@ -90,12 +100,12 @@ class Parser {
             part.smoothing = smoothing_;
             part.first_face = document_.faces.size();
             part.place = lines_.At(0);
-            document_.parts.push_back(std::move(part));
+            Add(std::move(part), &document_.parts);
             changed_ = false;
         }
-        document_.faces.push_back(document_.corners.size());
+        Add(document_.corners.size(), &document_.faces);
         for (std::size_t i = 1; i <= corners; ++i) {
-            document_.corners.push_back(ReadCorner(i));
+            Add(ReadCorner(i), &document_.corners);
         }
     }
 
@@ -173,7 +183,7 @@ class Parser {
         const auto [it, is_new] =
             material_of_.emplace(name, static_cast<int>(document_.material_uses.size()));
         if (is_new) {
-            document_.material_uses.push_back({name, lines_.At(0)});
+            Add({name, lines_.At(0)}, &document_.material_uses);
         }
         material_ = it->second;
         changed_ = true;
@@ -182,6 +192,7 @@ class Parser {
     Lines lines_;
     Document& document_;
     Notes* notes_;
+    ArrayRoom* room_;
     std::string object_, group_;
     int material_ = -1, smoothing_ = 0;
     bool changed_ = true;  // since the last part began
@@ -192,10 +203,10 @@ class Parser {
 }  // namespace
 
 void ParseDocument(const FileSource& files, const std::string& name, Document* document,
-                   Notes* notes) {
+                   Notes* notes, ArrayRoom* room) {
     document->names.push_back(name);
     const std::string bytes = files.Read(name);
-    Parser(bytes, document, notes).Parse();
+    Parser(bytes, document, notes, room).Parse();
 }
 
 }  // namespace relume::obj

@@ -35,9 +35,13 @@ Vec3f Unit(Vec3f v) {
     return length > 0 ? v / length : Vec3f{0, 1, 0};
 }
 
+// Of an unordered_map of keys like these: what an entry takes, with its links and its share of the
+// table.
+constexpr std::uint64_t kEntryBytes = 56;
+
 class Maker {
   public:
-    explicit Maker(const Document& document) : document_(document) {
+    Maker(const Document& document, ArrayRoom* room) : document_(document), room_(room) {
         for (const Part& part : document.parts) {
             if (part.smoothing > 0) {
                 AddSmooth(part, End(part));
@@ -65,6 +69,7 @@ class Maker {
         std::vector<Vec3u> triangles;
         std::vector<std::uint32_t> vertices;
         std::vector<Vec3f> positions;
+        const auto place = [&] { return mesh->source; };
         for (const Part* part : parts) {
             for (std::size_t face = part->first_face; face < End(*part); ++face) {
                 GetPositions(face, &positions);
@@ -83,6 +88,13 @@ class Maker {
                     const auto [it, is_new] = vertex_of.try_emplace(
                         key, static_cast<std::uint32_t>(mesh->positions.size()));
                     if (is_new) {
+                        if (mesh->positions.size() == mesh->positions.capacity()) {
+                            room_->Take(std::max<std::size_t>(mesh->positions.size(), 1) *
+                                            (kEntryBytes + (any_normals ? sizeof(Vec3f) : 0) +
+                                             (any_uvs ? sizeof(Vec2f) : 0)),
+                                        place);
+                        }
+                        room_->ForOneMore(mesh->positions, place);
                         AddVertex(corner, *part, any_normals, any_uvs, flat, mesh);
                     }
                     vertices.push_back(it->second);
@@ -95,11 +107,13 @@ class Maker {
                     const Vec3f area =
                         Cross(mesh->positions[triangle.y] - p, mesh->positions[triangle.z] - p);
                     if (Length2(area) > 0) {  // files have many without an area
+                        room_->ForOneMore(mesh->triangles, place);
                         mesh->triangles.push_back(triangle);
                     }
                 }
             }
         }
+        room_->Release(mesh->positions.capacity() * kEntryBytes);
     }
 
   private:
@@ -126,7 +140,12 @@ class Maker {
             const Vec3f area = AreaVector(positions);
             for (std::size_t i = document_.faces[face]; i < document_.faces[face + 1]; ++i) {
                 if (document_.corners[i].normal < 0) {
-                    smooth_[{document_.corners[i].position, part.smoothing, 0, 0}] += area;
+                    const auto [sum, is_new] = smooth_.try_emplace(
+                        {document_.corners[i].position, part.smoothing, 0, 0}, Vec3f{0, 0, 0});
+                    if (is_new) {
+                        room_->Take(kEntryBytes, [&] { return part.place.Text(); });
+                    }
+                    sum->second += area;
                 }
             }
         }
@@ -154,6 +173,7 @@ class Maker {
     }
 
     const Document& document_;
+    ArrayRoom* room_;
     // Sums of faces' area vectors by position and smoothing group.
     std::unordered_map<std::array<int, 4>, Vec3f, KeyHash> smooth_;
 };
@@ -161,7 +181,7 @@ class Maker {
 }  // namespace
 
 void MakeMeshes(const Document& document, const std::vector<int>& material_of, Scene* scene,
-                Notes* notes) {
+                Notes* notes, ArrayRoom* room) {
     std::map<std::pair<std::string, int>, std::size_t> known;
     std::vector<std::vector<const Part*>> plans;
     for (const Part& part : document.parts) {
@@ -171,8 +191,10 @@ void MakeMeshes(const Document& document, const std::vector<int>& material_of, S
         }
         plans[it->second].push_back(&part);
     }
-    const Maker maker(document);
-    std::vector<Mesh> meshes(plans.size());
+    const Maker maker(document, room);
+    std::vector<Mesh> meshes;
+    room->Reserve(&meshes, plans.size(), [&] { return document.names.front(); });
+    meshes.resize(plans.size());
     ParallelFor(0, plans.size(), 1, [&](std::size_t begin, std::size_t end) {
         for (std::size_t i = begin; i < end; ++i) {
             const Part& first = *plans[i].front();

@@ -97,7 +97,7 @@ void AddBand(std::uint32_t count, bool closed, Mesh* mesh) {
 
 }  // namespace
 
-void AddCurve(const Declared& shape, Mesh* mesh, Notes* notes) {
+void AddCurve(const Declared& shape, Mesh* mesh, Notes* notes, ArrayRoom* room) {
     const Params& params = shape.params;
     const std::string type = params.String("type", "flat");
     const float width = params.Float("width", 1);
@@ -117,6 +117,10 @@ void AddCurve(const Declared& shape, Mesh* mesh, Notes* notes) {
         Fail(shape.place, fmt::format("a ribbon of {} segments must have {} normals N, not {}",
                                       segments.size(), segments.size() + 1, normals.size()));
     }
+    const std::uint64_t around = ribbon ? 2 : kSides;
+    room->Take((segments.size() * kSteps + 1) * around *
+                   (2 * sizeof(Vec3f) + sizeof(Vec2f) + 2 * sizeof(Vec3u)),
+               [&] { return shape.place.Text(); });
     Vec3f side;
     const int total = static_cast<int>(segments.size()) * kSteps;
     for (int i = 0; i <= total; ++i) {

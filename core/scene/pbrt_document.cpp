@@ -22,7 +22,8 @@ constexpr std::string_view kMaterials3[] = {"matte",  "plastic", "substrate",   
 
 class Parser {
   public:
-    Parser(Tokens* tokens, Notes* notes) : tokens_(tokens), notes_(notes) {}
+    Parser(Tokens* tokens, Notes* notes, ArrayRoom* room)
+        : tokens_(tokens), notes_(notes), room_(room) {}
 
     Document Parse() {
         while (true) {
@@ -76,10 +77,10 @@ class Parser {
                             "motion of a light (ActiveTransform) is not rendered: it stays "
                             "where it is at the start");
             }
-            document_.lights.push_back({Declare("light"), now.ctm.at[0]});
+            Add(PlacedLight{Declare("light"), now.ctm.at[0]}, &document_.lights);
         } else if (word == "AreaLightSource") {
             now.area_light = static_cast<int>(document_.area_lights.size());
-            document_.area_lights.push_back(Declare("light"));
+            Add(Declare("light"), &document_.area_lights);
         } else if (word == "MakeNamedMedium") {
             Declared medium = Declare("medium");
             const std::string name = medium.type;
@@ -173,7 +174,7 @@ class Parser {
             state_.Begin(Block::kObject, place_);
             object_ = static_cast<int>(document_.objects.size());
             object_names_.Add(name, object_);
-            document_.objects.emplace_back();
+            Add(std::vector<Shape>(), &document_.objects);
         } else if (word == "ObjectEnd") {
             state_.End(Block::kObject, place_);
             object_ = -1;
@@ -188,7 +189,7 @@ class Parser {
             if (object_ >= 0) {
                 Fail(place_, "ObjectInstance inside of an object; move it out");
             }
-            document_.uses.push_back({index, state_.now().ctm, place_});
+            Add(ObjectUse{index, state_.now().ctm, place_}, &document_.uses);
         } else {
             return false;
         }
@@ -234,6 +235,12 @@ class Parser {
         return true;
     }
 
+    template <class T>
+    void Add(T thing, std::vector<T>* to) {
+        room_->ForOneMore(*to, [&] { return place_.Text(); });
+        to->push_back(std::move(thing));
+    }
+
     void AddShape() {
         const GraphicsState& now = state_.now();
         Shape shape;
@@ -245,14 +252,14 @@ class Parser {
         shape.media = now.media;
         auto& shapes =
             object_ >= 0 ? document_.objects[static_cast<std::size_t>(object_)] : document_.shapes;
-        shapes.push_back(std::move(shape));
+        Add(std::move(shape), &shapes);
     }
 
     int AddMaterial(Declared material) {
         document_.version3 =
             document_.version3 || std::find(std::begin(kMaterials3), std::end(kMaterials3),
                                             material.type) != std::end(kMaterials3);
-        document_.materials.push_back(std::move(material));
+        Add(std::move(material), &document_.materials);
         document_.textures_before.push_back(static_cast<int>(document_.textures.size()));
         return static_cast<int>(document_.materials.size()) - 1;
     }
@@ -277,7 +284,7 @@ class Parser {
         Declared texture = Declare("texture");
         texture.name = (kind == "float" ? "float " : "color ") + name;
         document_.texture_names.Add(texture.name, static_cast<int>(document_.textures.size()));
-        document_.textures.push_back(std::move(texture));
+        Add(std::move(texture), &document_.textures);
     }
 
     void AddDefaults() {
@@ -288,12 +295,13 @@ class Parser {
                                      "not '{}'",
                                      target));
         }
-        Params params = Params::Parse(tokens_);
+        Params params = Params::Parse(tokens_, room_);
         auto& slot = state_.now().defaults[target];
         if (slot != nullptr) {
             if (slot->all().size() > 1000) {
                 Fail(place_, "too many attributes");
             }
+            room_->Take(slot->bytes(), [&] { return place_.Text(); });
             params.Append(*slot);
         }
         slot = std::make_shared<Params>(std::move(params));
@@ -304,9 +312,10 @@ class Parser {
         Declared declared;
         declared.place = place_;
         declared.type = String("a type");
-        declared.params = Params::Parse(tokens_);
+        declared.params = Params::Parse(tokens_, room_);
         const auto defaults = state_.now().defaults.find(target);
         if (defaults != state_.now().defaults.end()) {
+            room_->Take(defaults->second->bytes(), [&] { return place_.Text(); });
             declared.params.Append(*defaults->second);
         }
         return declared;
@@ -347,6 +356,7 @@ class Parser {
 
     Tokens* tokens_;
     Notes* notes_;
+    ArrayRoom* room_;
     Document document_;
     StateStack state_;
     Names object_names_;
@@ -370,6 +380,8 @@ int Names::Find(const std::string& name, int before) const {
     return after == it->second.begin() ? *after : *(after - 1);
 }
 
-Document ParseDocument(Tokens* tokens, Notes* notes) { return Parser(tokens, notes).Parse(); }
+Document ParseDocument(Tokens* tokens, Notes* notes, ArrayRoom* room) {
+    return Parser(tokens, notes, room).Parse();
+}
 
 }  // namespace relume::pbrt

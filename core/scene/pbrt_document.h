@@ -86,7 +86,7 @@ struct Document {
 };
 
 // `tokens` owns the names of places and must outlive the document. Throws naming file, line and
-// column of anything that is not pbrt-v3's or v4's text format.
-Document ParseDocument(Tokens* tokens, Notes* notes);
+// column of anything that is not pbrt-v3's or v4's text format, or has no room.
+Document ParseDocument(Tokens* tokens, Notes* notes, ArrayRoom* room);
 
 }  // namespace relume::pbrt

@@ -43,7 +43,14 @@ Param ParseHead(const Token& token) {
     return param;
 }
 
-void AddValue(const Token& token, Param* param) {
+// Counts what the array grows by.
+template <class T>
+void Append(T value, const Token& token, std::vector<T>* to, ArrayRoom* room) {
+    room->ForOneMore(*to, [&] { return token.place.Text(); });
+    to->push_back(std::move(value));
+}
+
+void AddValue(const Token& token, Param* param, ArrayRoom* room) {
     const bool is_string = token.kind == Token::Kind::kString;
     if (param->type == "integer") {
         if (is_string) {
@@ -53,23 +60,23 @@ void AddValue(const Token& token, Param* param) {
         if (std::abs(value) > std::numeric_limits<int>::max()) {
             Fail(token.place, fmt::format("'{}' does not fit 32 bits", token.text));
         }
-        param->integers.push_back(static_cast<int>(value));
+        Append(static_cast<int>(value), token, &param->integers, room);
     } else if (param->type == "bool") {
         if (token.text != "true" && token.text != "false") {
             Fail(token.place,
                  fmt::format("'{}' takes true or false, not '{}'", param->name, token.text));
         }
-        param->strings.push_back(token.text);
+        Append(token.text, token, &param->strings, room);
     } else if (IsOneOf(param->type, kTextTypes) || (param->type == "spectrum" && is_string)) {
         if (!is_string) {
             Fail(token.place, fmt::format("'{}' takes a string in quotes", param->name));
         }
-        param->strings.push_back(token.text);
+        Append(token.text, token, &param->strings, room);
     } else if (param->type == "spectrum" || IsOneOf(param->type, kNumberTypes)) {
         if (is_string) {
             Fail(token.place, fmt::format("'{}' takes numbers, not strings", param->name));
         }
-        param->numbers.push_back(static_cast<float>(ParseNumber(token, "a number")));
+        Append(static_cast<float>(ParseNumber(token, "a number")), token, &param->numbers, room);
     } else {
         Fail(param->place, fmt::format("the parameter type '{}' is not known; known: integer bool "
                                        "string texture spectrum {}",
@@ -77,13 +84,13 @@ void AddValue(const Token& token, Param* param) {
     }
 }
 
-void ParseValues(Tokens* tokens, Param* param) {
+void ParseValues(Tokens* tokens, Param* param, ArrayRoom* room) {
     std::optional<Token> token = tokens->Next();
     if (!token || token->kind == Token::Kind::kClose) {
         Fail(param->place, fmt::format("the parameter '{}' has no value", param->name));
     }
     if (token->kind != Token::Kind::kOpen) {
-        AddValue(*token, param);
+        AddValue(*token, param, room);
         return;
     }
     const Place opened = token->place;
@@ -92,7 +99,7 @@ void ParseValues(Tokens* tokens, Param* param) {
         if (token->kind == Token::Kind::kOpen) {
             Fail(token->place, "brackets can't be nested");
         }
-        AddValue(*token, param);
+        AddValue(*token, param, room);
     }
     if (!token) {
         Fail(opened, "this bracket is not closed; add a ']'");
@@ -134,16 +141,26 @@ double ParseNumber(const Token& token, const char* wanted) {
     return value;
 }
 
-Params Params::Parse(Tokens* tokens) {
+Params Params::Parse(Tokens* tokens, ArrayRoom* room) {
     Params params;
     for (const Token* next = tokens->Peek(); next != nullptr && next->kind == Token::Kind::kString;
          next = tokens->Peek()) {
         Param param = ParseHead(*next);
         tokens->Next();
-        ParseValues(tokens, &param);
+        ParseValues(tokens, &param, room);
+        room->ForOneMore(params.params_, [&] { return param.place.Text(); });
         params.params_.push_back(std::move(param));
     }
     return params;
+}
+
+std::uint64_t Params::bytes() const {
+    std::uint64_t sum = 0;
+    for (const Param& param : params_) {
+        sum += sizeof(Param) + param.numbers.size() * sizeof(float) +
+               param.integers.size() * sizeof(int) + param.strings.size() * sizeof(std::string);
+    }
+    return sum;
 }
 
 void Params::Append(const Params& defaults) {

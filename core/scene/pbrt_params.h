@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/math/vec.h"
+#include "core/scene/array_room.h"
 #include "core/scene/pbrt_tokens.h"
 
 namespace relume::pbrt {
@@ -25,10 +26,11 @@ struct Param {
 class Params {
   public:
     // Reads parameters up to the next directive.
-    static Params Parse(Tokens* tokens);
+    static Params Parse(Tokens* tokens, ArrayRoom* room);
 
     void Append(const Params& defaults);  // of an Attribute directive; own values win
     const std::vector<Param>& all() const { return params_; }
+    std::uint64_t bytes() const;  // that the values take
 
     // First one of that name and one of these types ("float point3"); null if there is none.
     const Param* Find(std::string_view name, std::string_view types) const;

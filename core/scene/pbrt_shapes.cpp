@@ -71,10 +71,10 @@ void MakeTriangles(const Declared& shape, Mesh* mesh) {
     }
 }
 
-void MakePly(const Declared& shape, const FileSource& files, Mesh* mesh) {
+void MakePly(const Declared& shape, const FileSource& files, Mesh* mesh, ArrayRoom* room) {
     const std::string name = PathToName(shape.params.String("filename", ""), shape.place);
     try {
-        PlyMesh ply = ReadPly(files.Read(name), name);
+        PlyMesh ply = ReadPly(files.Read(name), name, room);
         mesh->positions = std::move(ply.positions);
         mesh->normals = std::move(ply.normals);
         mesh->uvs = std::move(ply.uvs);
@@ -91,7 +91,7 @@ T Bilinear(const T (&c)[4], float u, float v) {
 }
 
 // Parallelograms are two triangles, other patches 8 x 8 quads with the patch's own normals.
-void MakeBilinear(const Declared& shape, Mesh* mesh, Notes* notes) {
+void MakeBilinear(const Declared& shape, Mesh* mesh, Notes* notes, ArrayRoom* room) {
     Mesh in;
     ReadVertices(shape, &in);
     if (!shape.params.String("emissionfilename", "").empty()) {
@@ -99,7 +99,15 @@ void MakeBilinear(const Declared& shape, Mesh* mesh, Notes* notes) {
     }
     const std::vector<std::uint32_t> indices = Indices(shape, 4, in.positions.size());
     bool curved = false;
+    std::size_t vertices = 0, triangles = 0;  // of all patches
     for (const bool making : {false, true}) {
+        if (making) {
+            const auto place = [&] { return shape.place.Text(); };
+            room->Reserve(&mesh->positions, vertices, place);
+            room->Reserve(&mesh->uvs, vertices, place);
+            room->Reserve(&mesh->normals, curved || !in.normals.empty() ? vertices : 0, place);
+            room->Reserve(&mesh->triangles, triangles, place);
+        }
         for (std::size_t i = 0; i < indices.size(); i += 4) {
             Vec3f p[4], n[4];
             Vec2f uv[4] = {{0, 0}, {1, 0}, {0, 1}, {1, 1}};
@@ -112,11 +120,13 @@ void MakeBilinear(const Declared& shape, Mesh* mesh, Notes* notes) {
             const Vec3f defect = p[0] + p[3] - p[1] - p[2];
             const bool flat =
                 Length2(defect) <= 1e-8f * std::max(Length2(p[3] - p[0]), Length2(p[2] - p[1]));
+            const std::uint32_t cells = flat ? 1 : 8;
             if (!making) {
                 curved = curved || !flat;
+                vertices += (cells + 1) * (cells + 1);
+                triangles += 2 * cells * cells;
                 continue;
             }
-            const std::uint32_t cells = flat ? 1 : 8;
             const auto first = static_cast<std::uint32_t>(mesh->positions.size());
             for (std::uint32_t y = 0; y <= cells; ++y) {
                 for (std::uint32_t x = 0; x <= cells; ++x) {
@@ -145,7 +155,7 @@ void MakeBilinear(const Declared& shape, Mesh* mesh, Notes* notes) {
     }
 }
 
-void MakeLoop(const Declared& shape, Mesh* mesh, Notes* notes) {
+void MakeLoop(const Declared& shape, Mesh* mesh, Notes* notes, ArrayRoom* room) {
     constexpr std::size_t kMostFaces = std::size_t{1} << 21;
     mesh->positions = shape.params.Points("P");
     Require(!mesh->positions.empty(), shape, "it has no vertices P");
@@ -156,10 +166,12 @@ void MakeLoop(const Declared& shape, Mesh* mesh, Notes* notes) {
     shape.params.Ignore("scheme");
     const int wanted = std::max(0, shape.params.Int("levels", shape.params.Int("nlevels", 3)));
     int levels = 0;
-    for (std::size_t faces = mesh->triangles.size(); levels < wanted && faces * 4 <= kMostFaces;
-         faces *= 4) {
+    std::size_t faces = mesh->triangles.size();
+    for (; levels < wanted && faces * 4 <= kMostFaces; faces *= 4) {
         ++levels;
     }
+    // Refined, there are half as many vertices as faces.
+    room->Take(faces * (sizeof(Vec3u) + sizeof(Vec3f)), [&] { return shape.place.Text(); });
     if (levels < wanted) {
         notes->Add(shape.place, fmt::format("loopsubdiv: refined {} times instead of {}: a mesh "
                                             "may have {} faces",
@@ -211,25 +223,30 @@ std::string PlyName(const Shape& shape) {
 }
 
 void MakeMesh(const std::vector<const Shape*>& shapes, const FileSource& files, Mesh* mesh,
-              Notes* notes) {
+              Notes* notes, ArrayRoom* room) {
     const Shape& shape = *shapes.front();
     const std::string& type = shape.is.type;
     mesh->source = fmt::format("{}: {}", shape.is.place.Text(), type);
+    // What the file says becomes arrays of about the same size.
+    room->Take(shape.is.params.bytes(), [&] { return shape.is.place.Text(); });
     if (type == "trianglemesh") {
         MakeTriangles(shape.is, mesh);
     } else if (type == "plymesh") {
-        MakePly(shape.is, files, mesh);
+        MakePly(shape.is, files, mesh, room);
         mesh->source += fmt::format(" '{}'", PlyName(shape));
     } else if (type == "bilinearmesh") {
-        MakeBilinear(shape.is, mesh, notes);
+        MakeBilinear(shape.is, mesh, notes, room);
     } else if (type == "loopsubdiv") {
-        MakeLoop(shape.is, mesh, notes);
+        MakeLoop(shape.is, mesh, notes, room);
     } else if (type == "curve") {
         for (const Shape* curve : shapes) {
-            AddCurve(curve->is, mesh, notes);
+            AddCurve(curve->is, mesh, notes, room);
         }
     } else {
         MakeQuadric(shape.is, mesh);
+        room->Take(mesh->positions.size() * (2 * sizeof(Vec3f) + sizeof(Vec2f)) +
+                       mesh->triangles.size() * sizeof(Vec3u),
+                   [&] { return shape.is.place.Text(); });
     }
     NormalizeNormals(mesh);
     if (!mesh->normals.empty() && type != "loopsubdiv" && type != "curve") {
@@ -248,8 +265,13 @@ void MakeMesh(const std::vector<const Shape*>& shapes, const FileSource& files, 
     }
 }
 
-void AddDefaultUvs(Mesh* mesh) {
+void AddDefaultUvs(Mesh* mesh, ArrayRoom* room) {
     Mesh unshared;
+    const std::size_t corners = 3 * mesh->triangles.size();
+    const auto place = [&] { return mesh->source; };
+    room->Reserve(&unshared.positions, corners, place);
+    room->Reserve(&unshared.normals, mesh->normals.empty() ? 0 : corners, place);
+    room->Reserve(&unshared.uvs, corners, place);
     for (Vec3u& t : mesh->triangles) {
         const auto first = static_cast<std::uint32_t>(unshared.positions.size());
         for (const std::uint32_t corner : {t.x, t.y, t.z}) {

@@ -15,9 +15,10 @@ namespace relume::pbrt {
 bool IsSupportedShape(const std::string& type);
 
 // Fills in all of `mesh` but its material and name. `shapes` is one shape, or several curves of
-// equal state. Reads the file of a plymesh. May leave the mesh without triangles.
+// equal state. Reads the file of a plymesh. May leave the mesh without triangles. What it takes is
+// counted by `room`, a shape's before it is made.
 void MakeMesh(const std::vector<const Shape*>& shapes, const FileSource& files, Mesh* mesh,
-              Notes* notes);
+              Notes* notes, ArrayRoom* room);
 
 // Quadrics are made of unit size, so that many share one mesh: where that mesh lies in the shape's
 // space. Throws for a size of 0 or less.
@@ -30,7 +31,7 @@ std::string PlyName(const Shape& shape);
 
 // Texture coordinates as pbrt has them for triangles without: (0,0) (1,0) (1,1). Corners are
 // unshared for it.
-void AddDefaultUvs(Mesh* mesh);
+void AddDefaultUvs(Mesh* mesh, ArrayRoom* room);
 
 // Of the quadrics sphere, disk and cylinder, of unit size.
 //   sphere: 128 x 64 facets, within 0.0006 radii of the true surface, with its normals
@@ -40,6 +41,6 @@ void MakeQuadric(const Declared& shape, Mesh* mesh);
 
 // A Bezier or B-spline curve of degree 2 or 3: cylinders, and flat curves (which turn to the
 // viewer), as tubes of 5 sides; ribbons as strips. Appended to `mesh`.
-void AddCurve(const Declared& shape, Mesh* mesh, Notes* notes);
+void AddCurve(const Declared& shape, Mesh* mesh, Notes* notes, ArrayRoom* room);
 
 }  // namespace relume::pbrt

@@ -106,8 +106,11 @@ class Values {
 
 class Reader {
   public:
-    Reader(std::string_view bytes, const std::string& name)
-        : name_(name), header_(ReadPlyHeader(bytes, name)), values_(bytes, header_, name) {}
+    Reader(std::string_view bytes, const std::string& name, ArrayRoom* room)
+        : name_(name),
+          room_(room),
+          header_(ReadPlyHeader(bytes, name)),
+          values_(bytes, header_, name) {}
 
     PlyMesh Read() {
         bool has_vertices = false;
@@ -175,6 +178,10 @@ class Reader {
             Fail(fmt::format("it has {} vertices, more than 2^31", element.count));
         }
         const auto count = static_cast<std::size_t>(element.count);
+        const auto place = [&] { return fmt::format("{}: {} vertices", name_, count); };
+        room_->Reserve(&mesh_.positions, count, place);
+        room_->Reserve(&mesh_.normals, has_normals ? count : 0, place);
+        room_->Reserve(&mesh_.uvs, has_uvs ? count : 0, place);
         mesh_.positions.resize(count);
         mesh_.normals.resize(has_normals ? count : 0);
         mesh_.uvs.resize(has_uvs ? count : 0);
@@ -203,7 +210,8 @@ class Reader {
         int indices = -1;
         if (element.name == "face") {
             indices = std::max(element.Find("vertex_indices"), element.Find("vertex_index"));
-            mesh_.triangles.reserve(static_cast<std::size_t>(element.count));
+            room_->Reserve(&mesh_.triangles, static_cast<std::size_t>(element.count),
+                           [&] { return fmt::format("{}: {} faces", name_, element.count); });
         }
         for (std::uint64_t i = 0; i < element.count; ++i) {
             for (std::size_t p = 0; p < element.properties.size(); ++p) {
@@ -227,6 +235,9 @@ class Reader {
             }
             const auto index = static_cast<std::uint32_t>(value);
             if (i >= 2) {
+                room_->ForOneMore(mesh_.triangles, [&] {
+                    return fmt::format("{}: face {}", name_, mesh_.triangles.size());
+                });
                 mesh_.triangles.push_back({first, last, index});
             }
             first = i == 0 ? index : first;
@@ -245,6 +256,7 @@ class Reader {
     }
 
     const std::string& name_;
+    ArrayRoom* room_;
     PlyHeader header_;
     Values values_;
     PlyMesh mesh_;
@@ -252,8 +264,9 @@ class Reader {
 
 }  // namespace
 
-PlyMesh ReadPly(std::string_view bytes, const std::string& name) {
-    return Reader(bytes, name).Read();
+PlyMesh ReadPly(std::string_view bytes, const std::string& name, ArrayRoom* room) {
+    ArrayRoom endless(std::numeric_limits<std::uint64_t>::max());
+    return Reader(bytes, name, room == nullptr ? &endless : room).Read();
 }
 
 }  // namespace relume

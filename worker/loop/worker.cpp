@@ -34,7 +34,7 @@ constexpr int kLeasesPerThread = 3;
 constexpr double kStaleSeconds = 5;
 constexpr std::size_t kMaxKeptBytes = std::size_t{256} << 20;  // of answers not acknowledged
 
-std::shared_ptr<grpc::Channel> MakeChannel(const std::string& server, const TlsPems& tls) {
+std::shared_ptr<grpc::Channel> MakeChannel(const WorkerOptions& options) {
     grpc::ChannelArguments arguments;
     arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 20'000);
     arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
@@ -42,7 +42,12 @@ std::shared_ptr<grpc::Channel> MakeChannel(const std::string& server, const TlsP
     arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
     arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 100);
     arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 5'000);
-    return grpc::CreateCustomChannel(server, channel::MakeCredentials(tls), arguments);
+    return grpc::CreateCustomChannel(
+        options.server,
+        options.tls_files.ca.empty()
+            ? channel::MakeCredentials(options.tls)
+            : channel::MakeRenewedCredentials(options.tls_files, options.tls_refresh_seconds),
+        arguments);
 }
 
 WorkerOptions Checked(WorkerOptions options) {
@@ -60,7 +65,7 @@ WorkerOptions Checked(WorkerOptions options) {
 
 Worker::Worker(WorkerOptions options, SceneLoader loader)
     : options_(Checked(std::move(options))),
-      channel_(MakeChannel(options_.server, options_.tls)),
+      channel_(MakeChannel(options_)),
       work_stub_(v1::WorkerService::NewStub(channel_)),
       cache_(options_.cache_folder, options_.cache_bytes),
       kept_(kMaxKeptBytes) {
@@ -163,10 +168,7 @@ void Worker::Run() {
             said = false;
         }
         if (!said) {
-            const Error why = status.ok()
-                                  ? Error(ErrorCode::kUnavailable,
-                                          options_.server + ": the server has ended the connection")
-                                  : channel::ExplainStatus(status, options_.server, options_.tls);
+            const Error why = Explain(status);
             // Who was let in before has the right credentials: what is wrong may be set right at
             // the server.
             if (!let_in_ && (why.code() == ErrorCode::kPermissionDenied ||
@@ -179,6 +181,20 @@ void Worker::Run() {
         Event event;
         NextEvent(backoff * std::uniform_real_distribution<>(0.5, 1.5)(random), &event);
         backoff = std::min(2 * backoff, kMaxBackoffSeconds);
+    }
+}
+
+Error Worker::Explain(const grpc::Status& status) const {
+    if (status.ok()) {
+        return {ErrorCode::kUnavailable, options_.server + ": the server has ended the connection"};
+    }
+    if (options_.tls_files.ca.empty() || status.error_code() != grpc::StatusCode::UNAVAILABLE) {
+        return channel::ExplainStatus(status, options_.server, options_.tls);
+    }
+    try {
+        return channel::ExplainStatus(status, options_.server, LoadClientTls(options_.tls_files));
+    } catch (const Error& error) {
+        return error;
     }
 }
 

@@ -12,6 +12,7 @@
 #include <thread>
 #include <vector>
 
+#include "core/base/error.h"
 #include "core/trust/tls_files.h"
 #include "relume/v1/work.grpc.pb.h"
 #include "worker/loop/blob_cache.h"
@@ -33,6 +34,10 @@ struct WorkerOptions {
     std::filesystem::path cache_folder;
     std::uint64_t cache_bytes = std::uint64_t{8} << 30;
     TlsPems tls;
+    // Where `tls` came from: looked at again every so many seconds, so that renewed certificates
+    // count when it connects again. Not named: never.
+    TlsFiles tls_files;
+    int tls_refresh_seconds = 10;
     std::string join_token;  // shown to the server; "": none
 };
 
@@ -74,6 +79,8 @@ class Worker {
     // The next event, or nothing after `seconds`.
     bool NextEvent(double seconds, Event* event);
 
+    // Why there is no stream: what is wrong with our own certificate now, or else with the server.
+    Error Explain(const grpc::Status& status) const;
     // One stream from Hello to its end.
     grpc::Status Serve();
     void SayHello();

@@ -127,6 +127,21 @@ TEST(GltfTimes, GiveTheSceneThatLoadingAgainGives) {
     EXPECT_EQ(times, nullptr);
 }
 
+TEST(GltfTimes, AnyNumberOfReadingsHasTheRoomOfOne) {
+    GltfFile file = TriangleFile();
+    Animate(&file, "translation", {0, 2}, {0, 0, 0, 4, 0, 0});
+    LoadOptions options;
+    options.time = 0;
+    options.most_array_bytes = 1024;
+    std::shared_ptr<const SceneTimes> times;
+    options.times = &times;
+    Load(file.Files(), options);
+    ASSERT_NE(times, nullptr);
+    for (int i = 0; i < 100; ++i) {
+        ASSERT_NO_THROW(times->At(1, 0)) << i;
+    }
+}
+
 TEST(GltfAnimation, ScaleOfZeroHidesInsteadOfFailing) {
     GltfFile file = TriangleFile();
     Animate(&file, "scale", {0, 1}, {0, 0, 0, 1, 1, 1}, "STEP");

@@ -14,6 +14,7 @@ namespace {
 
 using test::GltfFile;
 using testing::HasSubstr;
+using testing::StartsWith;
 
 long PeakKib() {
     rusage usage{};
@@ -70,7 +71,158 @@ TEST(HostileScene, AnArrayBeyondTheMachineIsRefusedBeforeItIsMade) {
           {"values", {{"bufferView", 0}}}}}};
     const Error error = Fails(file.Files().files, "scene.gltf");
     EXPECT_EQ(error.code(), ErrorCode::kResourceExhausted) << error.what();
-    EXPECT_THAT(error.what(), HasSubstr("half of this machine's memory"));
+    EXPECT_THAT(error.what(), HasSubstr("half of the memory that this process may have"));
+}
+
+// `text`, as often as said.
+std::string Times(int count, const std::string& text) {
+    std::string all;
+    for (int i = 0; i < count; ++i) {
+        all += text;
+    }
+    return all;
+}
+
+// Small files whose arrays are large. `place`: what a refusal names.
+struct LargeArrays {
+    const char* what;
+    std::string main, text, place;
+    std::uint64_t too_few_bytes;
+    std::map<std::string, std::string> more;
+};
+
+void RefusedWithoutRoom(const LargeArrays& c) {
+    SCOPED_TRACE(c.what);
+    test::MapSource source;
+    source.files = c.more;
+    source.files[c.main] = c.text;
+    try {
+        LoadScene(source, c.main, {.most_array_bytes = c.too_few_bytes});
+        ADD_FAILURE() << "it loads";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.code(), ErrorCode::kResourceExhausted) << error.what();
+        EXPECT_THAT(error.what(), StartsWith(c.place));
+        EXPECT_THAT(error.what(), HasSubstr("simplify the scene"));
+    }
+    EXPECT_NO_THROW(LoadScene(source, c.main, {}));
+}
+
+TEST(HostileScene, PbrtArraysAreCountedBeforeTheyAreMade) {
+    const std::string world = "WorldBegin\n";
+    const std::string triangle =
+        "Shape \"trianglemesh\" \"integer indices\" [0 1 2] \"point P\" [0 0 0 1 0 0 0 1 0]\n";
+    const std::string four = "\"point P\" [0 0 0 1 0 0 0 1 0 1 1 1]";
+    std::string spheres;
+    for (int i = 0; i < 30; ++i) {
+        spheres += "Shape \"sphere\" \"float phimax\" " + std::to_string(359 - i) + "\n";
+    }
+    const std::string ply =
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+        "property float z\nelement face 1\nproperty list uint int vertex_indices\nend_header\n"
+        "0 0 0\n1 0 0\n0 1 0\n90000" +
+        Times(30'000, " 0 1 2");
+    const LargeArrays cases[] = {
+        {"numbers",
+         "a.pbrt",
+         world + "Shape \"trianglemesh\" \"integer indices\" [0 1 2] \"point P\" [" +
+             Times(30'000, "0 0 0 1 0 0 0 1 0 ") + "]\n",
+         "a.pbrt:2:",
+         1 << 19,
+         {}},
+        {"patches",
+         "a.pbrt",
+         world + "Shape \"bilinearmesh\" " + four + " \"integer indices\" [" +
+             Times(2'000, "0 1 2 3 ") + "]\n",
+         "a.pbrt:2:1",
+         1 << 21,
+         {}},
+        {"refinement",
+         "a.pbrt",
+         world + "Shape \"loopsubdiv\" \"integer levels\" 8 \"integer indices\" [0 1 2 0 3 1] " +
+             four + "\n",
+         "a.pbrt:2:1",
+         1 << 20,
+         {}},
+        {"quadrics", "a.pbrt", world + spheres, "a.pbrt:", 1 << 22, {}},
+        {"curves",
+         "a.pbrt",
+         world + "Shape \"curve\" \"string basis\" \"bspline\" \"point P\" [" +
+             Times(500, "0 0 0 1 0 0 1 1 0 ") + "]\n",
+         "a.pbrt:2:1",
+         1 << 20,
+         {}},
+        {"instances",
+         "a.pbrt",
+         world + "ObjectBegin \"o\"\n" + Times(30, triangle) + "ObjectEnd\n" +
+             Times(1'000, "ObjectInstance \"o\"\n"),
+         "a.pbrt:",
+         1 << 20,
+         {}},
+        {"moving instances",
+         "a.pbrt",
+         "Camera \"perspective\" \"float shutterclose\" 1\n" + world + "ObjectBegin \"o\"\n" +
+             triangle + "ObjectEnd\nActiveTransform EndTime\n" +
+             "Rotate 90 0 0 1\nActiveTransform All\n" + Times(1'000, "ObjectInstance \"o\"\n"),
+         "a.pbrt:",
+         1 << 19,
+         {}},
+        {"attributes",
+         "a.pbrt",
+         world + "Attribute \"shape\" \"float nothing\" [" + Times(10'000, "1 ") + "]\n" +
+             Times(100, triangle),
+         "a.pbrt:",
+         1 << 20,
+         {}},
+        {"a mesh file",
+         "a.pbrt",
+         world + "Shape \"plymesh\" \"string filename\" \"m.ply\"\n",
+         "a.pbrt:2:1: m.ply: face",
+         1 << 19,
+         {{"m.ply", ply}}},
+    };
+    for (const LargeArrays& c : cases) {
+        RefusedWithoutRoom(c);
+    }
+}
+
+TEST(HostileScene, ObjArraysAreCountedBeforeTheyAreMade) {
+    const std::string vertices = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\n";
+    const LargeArrays cases[] = {
+        {"corners",
+         "a.obj",
+         vertices + "f" + Times(30'000, " 1 2 3") + "\n",
+         "a.obj:5:1",
+         1 << 19,
+         {}},
+        {"vertices",
+         "a.obj",
+         Times(100'000, "v 1 2 3\n") + "v 0 0 0\nv 1 0 0\nf 1 -2 -1\n",
+         "a.obj:",
+         1 << 19,
+         {}},
+        {"parts",
+         "a.obj",
+         vertices + Times(5'000, "g a\nf 1 2 3\ng b\nf 1 2 3\n"),
+         "a.obj:",
+         1 << 19,
+         {}},
+        // Each face has vertices of its own, for its own normal; the file itself has room.
+        {"vertices of faces",
+         "a.obj",
+         vertices + "f 1//1 2//1 3//1\n" + Times(20'000, "f 1 2 3\n"),
+         "a.obj:5:1",
+         5 << 19,
+         {}},
+        {"smoothing groups",
+         "a.obj",
+         Times(10'000, "v 0 0 0\nv 1 0 0\nv 0 1 0\ns 1\nf -3 -2 -1\n"),
+         "a.obj:",
+         5 << 19,
+         {}},
+    };
+    for (const LargeArrays& c : cases) {
+        RefusedWithoutRoom(c);
+    }
 }
 
 TEST(HostileScene, PicturesThatAreLargerThanTheMachineTogetherAreNotDecoded) {
