@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include "server/denoise/seen_lights.h"
 
@@ -32,9 +33,14 @@ class Restored final : public Denoiser {
 
     Result Reconstruct(const Frame& frame, const CancelToken& cancel) const override {
         Result result = denoiser_->Reconstruct(frame, cancel);
+        const std::vector<unsigned char> lights = FindSeenLights(frame);
+        const auto is_light = [&](std::size_t i) { return !lights.empty() && lights[i] != 0; };
         double filtered = 0, lost = 0, variance = 0;
         for (std::size_t c = 0; c < 3; ++c) {
             for (std::size_t i = 0; i < frame.pixel_count(); ++i) {
+                if (is_light(i)) {
+                    continue;
+                }
                 const double value = result.color[c][i], noise = frame.variance[c][i];
                 if (std::isfinite(value) && std::isfinite(noise)) {
                     filtered += value;
@@ -49,14 +55,12 @@ class Restored final : public Denoiser {
         const double share = filtered > 0 ? std::clamp(sure * lost / filtered, -kMost, kMost) : 0.0;
         if (share != 0) {
             const auto gain = static_cast<float>(1 + share);
-            for (Plane& plane : result.color) {
-                for (float& value : plane) {
-                    value *= gain;
+            for (std::size_t i = 0; i < frame.pixel_count(); ++i) {
+                for (std::size_t c = 0; c < 3 && !is_light(i); ++c) {
+                    result.color[c][i] *= gain;
                 }
-            }
-            if (result.error) {
-                for (float& error : *result.error) {
-                    error *= gain * gain;
+                if (result.error && !is_light(i)) {
+                    (*result.error)[i] *= gain * gain;
                 }
             }
             result.derivative.reset();
@@ -72,7 +76,7 @@ class Restored final : public Denoiser {
 }  // namespace
 
 std::unique_ptr<Denoiser> RestoreEnergy(std::unique_ptr<Denoiser> denoiser) {
-    return LightsApart(std::make_unique<Restored>(std::move(denoiser)));
+    return std::make_unique<Restored>(std::move(denoiser));
 }
 
 }  // namespace relume::denoise

@@ -11,7 +11,8 @@ namespace relume::denoise {
 // carry. With D the sum of the samples' means minus that of the filtered pixels, and V the variance
 // of the former, max(0, 1 - V / D^2) of D is given back (James, Stein 1961: a firefly alone, whose
 // D^2 is its V, proves nothing), and at most a tenth of the light, lest some of them brighten all.
-// The notes say how much. For whole frames: any pixel moves all.
+// The notes say how much. Lights that the camera sees (seen_lights.h) are left out and as they are:
+// few pixels of them would decide for all. For whole frames: any pixel moves all.
 std::unique_ptr<Denoiser> RestoreEnergy(std::unique_ptr<Denoiser> denoiser);
 
 }  // namespace relume::denoise

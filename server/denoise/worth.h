@@ -11,9 +11,9 @@ namespace relume::denoise {
 //
 // Costs are in times of the bilateral filter on the same pixels (bench/filters): 0.73 s a megapixel
 // on two cores.
-inline constexpr std::array<double, kNetSlotCount> kFilterCost = {0, 1, 7, 6.7, 1};
-inline constexpr double kPrefilterCost = 2.2;  // of oidn's features
-inline constexpr double kMixCost = 0.6;        // of the network that mixes
+inline constexpr std::array<double, kNetSlotCount> kFilterCost = {0, 1, 6.4, 6.5, 0.6};
+inline constexpr double kPrefilterCost = 1.1;  // of oidn's features
+inline constexpr double kMixCost = 0.2;        // of the network that mixes
 // Of a sample a pixel of a scene that is quick to render (bench/peers): 1.4 s a megapixel.
 inline constexpr double kSampleCost = 1.75;
 

@@ -82,7 +82,7 @@ TEST_P(Kept, TheLampStaysInItsPixel) {
 INSTANTIATE_TEST_SUITE_P(SeenLights, Kept,
                          testing::Values("bilateral:mode=robust", "nfor:lights=apart",
                                          "rd:lights=apart", "net:candidates=rd-nfor",
-                                         "bilateral:mode=corrected,energy=restore"));
+                                         "bilateral:mode=corrected,lights=apart,energy=restore"));
 
 TEST(SeenLights, WithoutItTheLampIsSmeared) {
     const Result result =
