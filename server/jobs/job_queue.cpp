@@ -352,8 +352,8 @@ std::vector<WorkerInfo> JobQueue::Workers(TimePoint now) const {
         list.back().seconds_since_report = ToSeconds(now - worker.last_heard);
     }
     for (const auto& [key, quarantined] : quarantined_) {
-        if (std::ranges::none_of(workers_, [&](const auto& entry) {
-                return std::pair(entry.second.machine, entry.second.asked) == key;
+        if (std::ranges::none_of(workers_, [&of = key](const auto& entry) {
+                return std::pair(entry.second.machine, entry.second.asked) == of;
             })) {
             WorkerInfo& info = list.emplace_back();
             info.name = quarantined.name;
