@@ -83,7 +83,10 @@ constexpr struct {
      "whose weights\n"
      "                     are there\n"
      "    bilateral-without=NAMES  corrected only: features that bilateral is not to look at, as "
-     "`without`\n"},
+     "`without`\n"
+     "    oidn-features=prefiltered  corrected only: prefiltered, or noisy: oidn's `features`, a "
+     "third of "
+     "its time\n"},
     {"nfor", MakeNfor,
      "first-order regression on the features with weights of non-local means, each half of the\n"
      "             samples judged by the other; Bitterli et al. 2016\n"},

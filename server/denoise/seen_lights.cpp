@@ -11,9 +11,9 @@
 namespace relume::denoise {
 namespace {
 
-constexpr int kAround = 2;         // radius of the surroundings, pixels
-constexpr float kQuantile = 0.2f;  // of their brightness: the darker side of a rim
-constexpr std::size_t kRows = 8;   // a task
+constexpr int kAround = 2;        // radius of the surroundings, pixels
+constexpr float kShare = 0.2f;    // of them that must be darker: one side of a rim
+constexpr std::size_t kRows = 8;  // a task
 
 float LuminanceAt(const Plane (&planes)[3], std::size_t i) {
     return relume::Luminance({planes[0][i], planes[1][i], planes[2][i]});
@@ -35,26 +35,23 @@ void ForEachAround(const Frame& frame, std::size_t i, const F& f) {
 }
 
 // Whether seen light in the pixel is brighter and noisier than the darker of its neighbours.
-bool Outshines(const Frame& frame, std::size_t i, std::vector<float>* scratch) {
+bool Outshines(const Frame& frame, std::size_t i) {
     const float seen = LuminanceAt(frame.color, i) - frame.brightest[i];
     // Of the sum of the channels, which go together.
     float deviation = 0;
     for (const Plane& variance : frame.variance) {
         deviation += std::sqrt(std::max(variance[i], 0.0f)) * (1.0f / 3.0f);
     }
-    if (!(seen > 0 && deviation > 0)) {
+    const float least = std::min(seen, deviation);
+    if (!(least > 0)) {
         return false;
     }
-    scratch->clear();
-    ForEachAround(frame, i,
-                  [&](std::size_t j) { scratch->push_back(LuminanceAt(frame.color, j)); });
-    if (scratch->empty()) {
-        return false;
-    }
-    const auto at = scratch->begin() + static_cast<std::ptrdiff_t>(
-                                           kQuantile * static_cast<float>(scratch->size() - 1));
-    std::nth_element(scratch->begin(), at, scratch->end());
-    return seen > *at && deviation > *at;
+    int darker = 0, all = 0;
+    ForEachAround(frame, i, [&](std::size_t j) {
+        darker += LuminanceAt(frame.color, j) < least ? 1 : 0;
+        ++all;
+    });
+    return static_cast<float>(darker) > kShare * static_cast<float>(all);
 }
 
 // Mean of `plane` over the pixels around i that are not `found`; 0 if all are.
@@ -171,9 +168,8 @@ std::vector<unsigned char> FindSeenLights(const Frame& frame) {
     const auto width = static_cast<std::size_t>(frame.width);
     ParallelFor(0, static_cast<std::size_t>(frame.height), kRows,
                 [&](std::size_t y0, std::size_t y1) {
-                    std::vector<float> scratch;
                     for (std::size_t i = y0 * width; i < y1 * width; ++i) {
-                        found[i] = Outshines(frame, i, &scratch) ? 1 : 0;
+                        found[i] = Outshines(frame, i) ? 1 : 0;
                     }
                 });
     if (std::ranges::find(found, 1) == found.end()) {
