@@ -211,7 +211,7 @@ std::string NetSpec::FilterOf(std::size_t slot) const {
         filter += ",without=" + without;
     }
     if (slot == kOidnSlot && !prefilters_oidn) {
-        filter += ":features=noisy";
+        filter += ",features=noisy";
     }
     return filter;
 }

@@ -18,7 +18,7 @@ inline constexpr struct {
                  {"bilateral", "bilateral:mode=robust"},
                  {"rd", "rd:lights=apart"},
                  {"nfor", "nfor:lights=apart"},
-                 {"oidn", "oidn"}};
+                 {"oidn", "oidn:lights=apart"}};
 inline constexpr std::size_t kNetSlotCount = std::size(kNetSlots);
 // Their numbers.
 inline constexpr std::size_t kBilateralSlot = 1, kRdSlot = 2, kNforSlot = 3, kOidnSlot = 4;

@@ -13,6 +13,7 @@ namespace {
 
 constexpr int kAround = 2;        // radius of the surroundings, pixels
 constexpr float kShare = 0.2f;    // of them that must be darker: one side of a rim
+constexpr float kMuch = 64;       // times as bright
 constexpr std::size_t kRows = 8;  // a task
 
 float LuminanceAt(const Plane (&planes)[3], std::size_t i) {
@@ -34,7 +35,7 @@ void ForEachAround(const Frame& frame, std::size_t i, const F& f) {
     }
 }
 
-// Whether seen light in the pixel is brighter and noisier than the darker of its neighbours.
+// Whether seen light in the pixel is much brighter and noisier than the darker of its neighbours.
 bool Outshines(const Frame& frame, std::size_t i) {
     const float seen = LuminanceAt(frame.color, i) - frame.brightest[i];
     // Of the sum of the channels, which go together.
@@ -42,7 +43,7 @@ bool Outshines(const Frame& frame, std::size_t i) {
     for (const Plane& variance : frame.variance) {
         deviation += std::sqrt(std::max(variance[i], 0.0f)) * (1.0f / 3.0f);
     }
-    const float least = std::min(seen, deviation);
+    const float least = std::min(seen, deviation) / kMuch;
     if (!(least > 0)) {
         return false;
     }
