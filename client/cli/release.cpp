@@ -37,7 +37,8 @@ Runner AddRelease(CLI::App* app) {
     AddServerOption(app, &options->server);
     app->footer(
         "A worker is in quarantine when its answer to work was another than that of others. Find\n"
-        "out why first: it may have bad memory. Where the server asks for certificates, this needs\n"
+        "out why first: it may have bad memory. Where the server asks for certificates, this "
+        "needs\n"
         "an operator's or an admin's.");
     return [options](Interrupts*) { return RunRelease(*options); };
 }

@@ -32,7 +32,8 @@ class Client {
   public:
     explicit Client(const Endpoint& server);
 
-    // Uploads what the server lacks, again if it arrives damaged (kUploadAttempts in all). `progress` gets the bytes done and due so far.
+    // Uploads what the server lacks, again if it arrives damaged (kUploadAttempts in all).
+    // `progress` gets the bytes done and due so far.
     void UploadScene(const LocalScene& scene,
                      const std::function<void(std::uint64_t, std::uint64_t)>& progress);
 

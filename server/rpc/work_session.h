@@ -56,8 +56,8 @@ class WorkSession final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wo
     std::shared_ptr<WorkSession> self_;  // until OnDone; posted tasks hold it, too
     v1::WorkRequest request_;
     std::atomic<bool> received_{false};  // request_ waits for the control thread
-    jobs::WorkerId worker_ = 0;        // 0: no Hello yet, or gone
-    std::set<std::string> jobs_sent_;  // whose JobContext the worker has, those over taken out
+    jobs::WorkerId worker_ = 0;          // 0: no Hello yet, or gone
+    std::set<std::string> jobs_sent_;    // whose JobContext the worker has, those over taken out
     std::map<jobs::LeaseId, std::string> samples_;  // that came ahead of their results
     std::deque<v1::WorkResponse> outbox_;
     v1::WorkResponse outgoing_;

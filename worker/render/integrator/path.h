@@ -56,7 +56,7 @@ struct Path {
     // Radiance so far: emission that the camera sees directly, and all other.
     Rgb direct, indirect;
     bool from_camera = true;  // the ray
-    Rgb absorption;  // of what the ray runs through, per scene unit
+    Rgb absorption;           // of what the ray runs through, per scene unit
 
     // Features (core/film/aov.h) are overwritten at each vertex while they are open.
     bool features_open = true;

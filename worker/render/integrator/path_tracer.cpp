@@ -217,8 +217,7 @@ void PathTracer::Leave(const EnvironmentLight::Place& place, Path* path) const {
         float pdf = 0;
         radiance = lights_.Environment(place, path->pdf > 0 ? &pdf : nullptr);
         const float weight = path->pdf > 0 ? PowerHeuristic(path->pdf, pdf) : 1;
-        (path->from_camera ? path->direct : path->indirect) +=
-            path->throughput * radiance * weight;
+        (path->from_camera ? path->direct : path->indirect) += path->throughput * radiance * weight;
     }
     if (path->features_open) {
         const Rgb albedo = Min(radiance, {1, 1, 1}) * path->throughput * path->eta_scale;
