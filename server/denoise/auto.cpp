@@ -144,8 +144,7 @@ class Auto final : public Denoiser {
         NetSpec spec;
         for (const auto& [k, gain] : ExpectedGains(HasOidn(frame), left)) {
             const double whole = tried_share + 1, mix = tried_share + (mixed.empty() ? 1 : 0);
-            if (!(k == kOidnSlot && !HasOidn(frame)) &&
-                purse.Buy(whole * kFilterCost[k] + mix * kMixCost, gain)) {
+            if (purse.Buy(whole * kFilterCost[k] + mix * kMixCost, gain)) {
                 if (k == kOidnSlot) {
                     spec.prefilters_oidn = purse.Buy(whole * kPrefilterCost, kPrefilterGain);
                 }

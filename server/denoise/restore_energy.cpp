@@ -8,31 +8,24 @@
 #include <vector>
 
 #include "server/denoise/seen_lights.h"
+#include "server/denoise/wrapped_denoiser.h"
 
 namespace relume::denoise {
 namespace {
 
 constexpr double kMost = 0.1;
 
-class Restored final : public Denoiser {
+class Restored final : public WrappedDenoiser {
   public:
-    explicit Restored(std::unique_ptr<Denoiser> denoiser) : denoiser_(std::move(denoiser)) {}
+    using WrappedDenoiser::WrappedDenoiser;
 
     std::string Describe() const override {
-        const std::string name = denoiser_->Describe();
+        const std::string name = inner().Describe();
         return name + (name.find(':') == std::string::npos ? ":" : ",") + "energy=restore";
-    }
-    Needs GetNeeds() const override { return denoiser_->GetNeeds(); }
-    std::optional<Choice> Choose(const Frame& frame, const CancelToken& cancel) const override {
-        return denoiser_->Choose(frame, cancel);
-    }
-    Plane PlanSamples(const Frame& frame, double samples,
-                      const CancelToken& cancel) const override {
-        return denoiser_->PlanSamples(frame, samples, cancel);
     }
 
     Result Reconstruct(const Frame& frame, const CancelToken& cancel) const override {
-        Result result = denoiser_->Reconstruct(frame, cancel);
+        Result result = inner().Reconstruct(frame, cancel);
         const std::vector<unsigned char> lights = FindSeenLights(frame);
         const auto is_light = [&](std::size_t i) { return !lights.empty() && lights[i] != 0; };
         double filtered = 0, lost = 0, variance = 0;
@@ -68,9 +61,6 @@ class Restored final : public Denoiser {
         result.notes["energy"] = fmt::format("{:+.2f} %", 100 * share);
         return result;
     }
-
-  private:
-    std::unique_ptr<Denoiser> denoiser_;
 };
 
 }  // namespace

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <utility>
 
 #include "core/base/parallel.h"
 #include "core/math/vec.h"
+#include "server/denoise/wrapped_denoiser.h"
 
 namespace relume::denoise {
 namespace {
@@ -118,28 +118,20 @@ SeenLights TakeOut(const std::vector<unsigned char>& found, Frame* frame) {
     return lights;
 }
 
-class Apart final : public Denoiser {
+class Apart final : public WrappedDenoiser {
   public:
-    explicit Apart(std::unique_ptr<Denoiser> denoiser) : denoiser_(std::move(denoiser)) {}
+    using WrappedDenoiser::WrappedDenoiser;
 
-    std::string Describe() const override { return denoiser_->Describe(); }
-    Needs GetNeeds() const override { return denoiser_->GetNeeds(); }
-    std::optional<Choice> Choose(const Frame& frame, const CancelToken& cancel) const override {
-        return denoiser_->Choose(frame, cancel);
-    }
-    Plane PlanSamples(const Frame& frame, double samples,
-                      const CancelToken& cancel) const override {
-        return denoiser_->PlanSamples(frame, samples, cancel);
-    }
+    std::string Describe() const override { return inner().Describe(); }
 
     Result Reconstruct(const Frame& frame, const CancelToken& cancel) const override {
         const std::vector<unsigned char> found = FindSeenLights(frame);
         if (found.empty()) {
-            return denoiser_->Reconstruct(frame, cancel);
+            return inner().Reconstruct(frame, cancel);
         }
         Frame dark = frame;
         const SeenLights lights = TakeOut(found, &dark);
-        Result result = denoiser_->Reconstruct(dark, cancel);
+        Result result = inner().Reconstruct(dark, cancel);
         for (std::size_t k = 0; k < lights.pixels.size(); ++k) {
             const std::size_t i = lights.pixels[k];
             for (std::size_t c = 0; c < 3; ++c) {
@@ -154,9 +146,6 @@ class Apart final : public Denoiser {
         }
         return result;
     }
-
-  private:
-    std::unique_ptr<Denoiser> denoiser_;
 };
 
 }  // namespace
