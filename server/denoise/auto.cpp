@@ -12,7 +12,8 @@
 // all its features.
 //
 //   effort    what it may cost over the bilateral filter alone, the trial included, over what the
-//             samples cost that would have gained as much, by typical times and gains (worth.h):
+//             samples cost that would have gained as much, by typical times and gains and what is
+//             known of the samples (worth.h):
 //             dearer candidates are not tried. Beyond 1 more samples would have been the better use
 //             of the time. 0 = any (default).
 //   seconds   what it may take; dearer candidates are not tried. 0 = any (default). With it the
@@ -47,6 +48,10 @@ constexpr double kFeaturesGain = 0.98;
 constexpr double kFewestToTry = 4;
 // Of the error, that a cheaper candidate, or one with less features, may seem to cost.
 constexpr double kMostLost = 0.05;
+
+// Standard errors by which the bilateral filter has to be better than all that is affordable, where
+// the trial is too small to go by otherwise.
+constexpr double kClearly = 2;
 
 struct Tried {
     std::string name;
@@ -138,13 +143,13 @@ class Auto final : public Denoiser {
         std::vector<const Trial::Run*> all = {&runs[kBilateralSlot]};
         const int halves = effort_ > 0 || seconds_ > 0 ? 1 : 2;
         const double tried_share = halves * trial.share();
-        Purse purse(*this, trial.samples(), runs[kBilateralSlot].seconds);
+        Purse purse(*this, frame, trial.samples(), runs[kBilateralSlot].seconds);
         purse.Spend(1 + (trial.is_small() ? 2 : 2 * trial.share() + kEstimateCost));
         std::vector<std::size_t> mixed;
         NetSpec spec;
         for (const auto& [k, gain] : ExpectedGains(HasOidn(frame), left)) {
             const double whole = tried_share + 1, mix = tried_share + (mixed.empty() ? 1 : 0);
-            if (purse.Buy(whole * kFilterCost[k] + mix * kMixCost, gain)) {
+            if (purse.Buy(whole * kFilterCost[k] + mix * MixCost(frame.pixel_count()), gain)) {
                 if (k == kOidnSlot) {
                     spec.prefilters_oidn = purse.Buy(whole * kPrefilterCost, kPrefilterGain);
                 }
@@ -176,7 +181,10 @@ class Auto final : public Denoiser {
         }
         const bool judged = trial.tells() && trial.is_wide();
         if (!judged) {
-            stands = {HasNoise(frame) ? stands.back() : 0};
+            const Judge::Difference more =
+                Judge::Compare(tried[stands[1]].errors, tried[stands.back()].errors);
+            const bool worse = trial.tells() && more.mean < -kClearly * more.error;
+            stands = {HasNoise(frame) ? stands[worse ? 1 : stands.size() - 1] : 0};
         }
         const std::size_t taken = Take(tried, stands, &choice);
         if (!judged && all.size() > 1) {
@@ -208,22 +216,24 @@ class Auto final : public Denoiser {
     class Purse {
       public:
         // `second`: seconds of the bilateral filter for the frame; 0: not known.
-        Purse(const Auto& of, double samples, double second)
-            : samples_cost_(of.effort_ > 0 && samples > 0
-                                ? static_cast<double>(of.effort_) * samples * kSampleCost
+        Purse(const Auto& of, const Frame& frame, double samples, double second)
+            : sampling_(frame.sampling),
+              samples_cost_(of.effort_ > 0 && samples > 0
+                                ? static_cast<double>(of.effort_) * samples * SampleCost(sampling_)
                                 : std::numeric_limits<double>::infinity()),
               most_(of.seconds_ > 0 && second > 0 ? static_cast<double>(of.seconds_) / second
                                                   : std::numeric_limits<double>::infinity()) {}
         void Spend(double cost) { spent_ += cost; }
         // Spends that on what lowers the error to `gain` of it, if it pays and there is as much.
         bool Buy(double cost, double gain) {
-            const bool buys =
-                gain < 1 && cost <= SamplesFor(gain) * samples_cost_ && spent_ + cost <= most_;
+            const bool buys = gain < 1 && cost <= SamplesFor(gain, sampling_) * samples_cost_ &&
+                              spent_ + cost <= most_;
             spent_ += buys ? cost : 0;
             return buys;
         }
 
       private:
+        Sampling sampling_;
         double samples_cost_, most_, spent_ = 0;
     };
 
@@ -251,9 +261,9 @@ class Auto final : public Denoiser {
     std::string Untried(const Frame& frame, double samples) const {
         const bool has_oidn = HasOidn(frame);
         const Gain first = ExpectedGains(has_oidn, 0)[0];
-        Purse purse(*this, samples, 0);
+        Purse purse(*this, frame, samples, 0);
         purse.Spend(1);
-        if (!purse.Buy(kFilterCost[first.slot] + kMixCost, first.gain)) {
+        if (!purse.Buy(kFilterCost[first.slot] + MixCost(frame.pixel_count()), first.gain)) {
             return kNetSlots[kBilateralSlot].filter;
         }
         NetSpec spec;

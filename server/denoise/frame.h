@@ -6,6 +6,7 @@
 #include "core/film/aov.h"
 #include "core/film/film.h"
 #include "core/image/image.h"
+#include "server/denoise/sampling.h"
 
 namespace relume::denoise {
 
@@ -28,6 +29,7 @@ struct Frame {
     // The samples themselves: null if they were not kept. Parts and shrunk copies of a frame don't
     // have them.
     std::shared_ptr<const SampleRecords> samples;
+    Sampling sampling;
     std::vector<unsigned char> flagged;  // 1: was not finite, or had no sample
 
     std::size_t pixel_count() const { return static_cast<std::size_t>(width) * height; }
@@ -40,7 +42,8 @@ Frame FrameFromFilm(const Film& film);
 // buffer_b.*, ...) or other renderers' names for them (channel_names.cpp); plain R G B is the noisy
 // image if there is no `noisy`. `variance` is what the file says, else the best that can be had
 // from the samples' variance, the halves, or neighbouring pixels; a depth of 1e9 or more, a miss,
-// becomes the largest below. What was missing or repaired is said in `notes` (may be null); no
+// becomes the largest below. `sampling` is
+// taken from Relume's metadata. What was missing or repaired is said in `notes` (may be null); no
 // colour or no pixel throws kInvalidArgument.
 Frame FrameFromImage(const Image& image, std::vector<std::string>* notes);
 

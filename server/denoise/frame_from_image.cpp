@@ -241,6 +241,7 @@ Frame FrameFromImage(const Image& image, std::vector<std::string>* notes) {
         ThrowInvalidArgument("the image has no pixels");
     }
     Frame frame;
+    frame.sampling = ReadSampling(image.metadata());
     Reader(image, &frame, notes).Read();
     return frame;
 }

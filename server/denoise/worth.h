@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "server/denoise/net_inputs.h"
+#include "server/denoise/sampling.h"
 
 namespace relume::denoise {
 
@@ -13,13 +14,13 @@ namespace relume::denoise {
 // on two cores.
 inline constexpr std::array<double, kNetSlotCount> kFilterCost = {0, 1, 6.4, 6.5, 0.6};
 inline constexpr double kPrefilterCost = 1.1;  // of oidn's features
-inline constexpr double kMixCost = 0.2;        // of the network that mixes
-// Of a sample a pixel of a scene that is quick to render (bench/peers): 1.4 s a megapixel.
-inline constexpr double kSampleCost = 1.75;
+// Of the network that mixes, of an image of so many pixels: small ones take longer.
+double MixCost(std::size_t pixels);
+// Of a sample a pixel.
+double SampleCost(const Sampling& sampling);
 
-// Samples over those that are there that would lower the error to `gain` of it as well: error falls
-// with time to the power of 0.8 or so.
-double SamplesFor(double gain);
+// Samples over those that are there that would lower the error to `gain` of it as well.
+double SamplesFor(double gain, const Sampling& sampling);
 
 // The candidates of `net` beside the noisy image and the bilateral filter, in the order in which
 // they are worth their time, and what is expected of each: its error over that without it.

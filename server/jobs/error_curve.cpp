@@ -71,6 +71,14 @@ Exponent FitExponent(std::span<const ErrorPoint> errors, bool filtered) {
     return best;
 }
 
+double FallsBetween(const ErrorPoint& from, const ErrorPoint& to) {
+    if (from.samples == 0 || to.samples <= from.samples || !(from.error > 0 && to.error > 0)) {
+        return 0;
+    }
+    return std::log(from.error / to.error) /
+           std::log(static_cast<double>(to.samples) / static_cast<double>(from.samples));
+}
+
 double ExpectedError(std::span<const ErrorPoint> errors, Exponent p, double samples) {
     RELUME_CHECK(!errors.empty());
     return errors.back().error *

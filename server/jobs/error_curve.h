@@ -29,6 +29,9 @@ double Root(double x, Exponent p, double limit);
 // fitted to the newest points, 0.3 to 1, and 0.7 for fewer than two.
 Exponent FitExponent(std::span<const ErrorPoint> errors, bool filtered);
 
+// p between two points, for reports and estimates; 0: can't be told.
+double FallsBetween(const ErrorPoint& from, const ErrorPoint& to);
+
 // The error expected at `samples`, from the newest point. Needs one.
 double ExpectedError(std::span<const ErrorPoint> errors, Exponent p, double samples);
 

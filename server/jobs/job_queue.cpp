@@ -7,10 +7,25 @@
 
 #include "core/base/error.h"
 #include "core/base/log.h"
+#include "server/jobs/error_curve.h"
 
 // Jobs and workers. Their order: job_queue_order.cpp; leases: job_queue_leases.cpp,
 // job_queue_lending.cpp, job_queue_results.cpp; what is seen from outside: queue_status.cpp.
 namespace relume::jobs {
+namespace {
+
+double NoiseFalls(const std::vector<PassSummary>& passes) {
+    if (passes.empty()) {
+        return 0;
+    }
+    ErrorPoint first{passes.front().samples, passes.front().relmse}, last{0, passes.back().relmse};
+    for (const PassSummary& pass : passes) {
+        last.samples += pass.samples;
+    }
+    return FallsBetween(first, last);
+}
+
+}  // namespace
 namespace {
 
 constexpr std::uint32_t kMaxCredits = 4096;
@@ -228,12 +243,17 @@ std::optional<JobQueue::FilterWork> JobQueue::TakeFilterWork() {
         }
         if (auto sampled = it->second->TakeSampled()) {
             const Checkpoint& checkpoint = *sampled->checkpoint;
+            const JobInfo& info = it->second->info();
             return FilterWork{name,
                               std::move(sampled->film),
                               *checkpoint.selector,
                               *checkpoint.decisions,
                               std::move(sampled->checkpoint),
-                              it->second->info().stop == StopReason::kCancelled};
+                              info.stop == StopReason::kCancelled,
+                              info.samples_done > 0 ? static_cast<double>(info.rays) /
+                                                          static_cast<double>(info.samples_done)
+                                                    : 0,
+                              NoiseFalls(info.passes)};
         }
     }
     return std::nullopt;

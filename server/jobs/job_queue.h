@@ -118,6 +118,8 @@ class JobQueue {
         std::vector<Decision> decisions;  // as in Plan
         std::shared_ptr<const Checkpoint> checkpoint;
         bool cancelled = false;  // not all samples are there
+        double rays = 0;         // traced for a sample, mean; 0: not known
+        double falls = 0;        // the noise's error since the first pass (FallsBetween)
     };
     std::optional<FilterWork> TakeFilterWork();
     // Ignored if the job was cancelled in between.

@@ -55,7 +55,8 @@ void AddDecisions(const jobs::JobQueue::FilterWork& work, Image* image) {
 FinishedImage FinishImage(const jobs::JobQueue::FilterWork& work, const CheckedSpec& spec,
                           const std::string& numeric_class, const CancelToken& cancel) {
     const Film& film = *work.film;
-    const denoise::Frame frame = denoise::FrameFromFilm(film);
+    denoise::Frame frame = denoise::FrameFromFilm(film);
+    frame.sampling = {work.rays, work.falls};
     const denoise::Filtered made = denoise::FilterFrame(spec.filter, frame, cancel);
     const denoise::Result& result = made.result;
     const auto& filtered = made.error;
@@ -93,6 +94,7 @@ FinishedImage FinishImage(const jobs::JobQueue::FilterWork& work, const CheckedS
     }
     metadata["relume.spp"] =
         fmt::format("{:.6g}", film.TotalSamples() / static_cast<double>(film.pixel_count()));
+    denoise::WriteSampling(frame.sampling, &metadata);
     denoise::WriteClaim("relume.relmse", &noisy, &metadata);
     denoise::WriteClaim("relume.filtered_relmse", filtered ? &*filtered : nullptr, &metadata);
     finished.outcome.noisy = Interval(noisy);

@@ -152,6 +152,14 @@ TEST(Auto, SpendsNoMoreThanIsWorthIt) {
     EXPECT_EQ(tried("auto:effort=0.01", 8), 2u);  // none, the bilateral filter
     EXPECT_GT(tried("auto", 8), tried("auto:effort=0.01", 8));
     EXPECT_GT(tried("auto:effort=3", 64), 6u);  // with fewer features, and mixtures
+    Frame frame = FrameFromFilm(MakeFilm({64, 48}, 64, 3));
+    const auto at = [&](const Sampling& sampling) {
+        frame.sampling = sampling;
+        return MakeDenoiser("auto:effort=0.6")->Choose(frame, CancelToken())->candidates.size();
+    };
+    EXPECT_GT(at({.rays = 6, .falls = 1}), 2u);
+    EXPECT_EQ(at({.rays = 0.2, .falls = 1}), 2u);
+    EXPECT_LT(at({.rays = 6, .falls = 3}), at({.rays = 6, .falls = 1}));
     EXPECT_EQ(MakeDenoiser("auto:effort=0.6,seconds=2")->Describe(), "auto:effort=0.6,seconds=2");
     EXPECT_EQ(MakeDenoiser("auto:effort=0")->Describe(), "auto");
     EXPECT_THROW(MakeDenoiser("auto:effort=-1"), Error);

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "core/base/error.h"
 #include "tests/unit/jobs/plan_now.h"
 #include "tests/unit/jobs/pseudo_renderer.h"
@@ -99,11 +101,28 @@ TEST_F(JobQueueTest, LendsUpToTheCreditsAndFinishesTheJob) {
     const auto work = queue.TakeFilterWork();
     ASSERT_TRUE(work.has_value());
     EXPECT_EQ(work->film->TotalSamples() + work->film->TotalBadSamples(), 48 * 16 * 4);
+    EXPECT_EQ(work->rays, 3);
+    EXPECT_EQ(work->falls, 0) << "one pass tells nothing";
     EXPECT_FALSE(queue.TakeFilterWork().has_value());
     queue.Succeed("jobs/a", {}, now);
     EXPECT_EQ(queue.Get("jobs/a").state, JobState::kSucceeded);
     EXPECT_EQ(queue.Get("jobs/a").message, kBudgetSpent);
     EXPECT_TRUE(queue.Get("jobs/a").ended.has_value());
+}
+
+TEST_F(JobQueueTest, AFilterIsToldHowTheNoiseHasFallen) {
+    AddJob("jobs/a", 48 * 16 * 64);
+    const WorkerId w = AddWorker(2);
+    while (auto lease = NextLease(w)) {
+        Deliver(w, *lease);
+    }
+    const auto work = queue.TakeFilterWork();
+    ASSERT_TRUE(work.has_value());
+    const auto& passes = queue.Get("jobs/a").passes;
+    ASSERT_GT(passes.size(), 1u);
+    // 16 times the samples of the pilot.
+    EXPECT_NEAR(passes.front().relmse / passes.back().relmse, std::pow(16, work->falls), 1e-6);
+    EXPECT_GT(work->falls, 0);
 }
 
 TEST_F(JobQueueTest, WithoutCreditsNothingIsLent) {
