@@ -73,6 +73,10 @@ int main(int argc, char** argv) {
                    "extended, e.g. 16G; the oldest go first")
         ->transform(CLI::AsSizeValue(false))
         ->default_str("16G");
+    app.add_option("--film-memory", options.coordinator.quotas.film_memory,
+                   "largest size of the films of all jobs under way, in memory, e.g. 8G: further "
+                   "jobs wait [half of this machine's memory]")
+        ->transform(CLI::AsSizeValue(false));
     options.coordinator.cross_check = 0.01;
     app.add_option("--cross-check", options.coordinator.cross_check,
                    "share of the work that two workers render, on two machines if there are: it "

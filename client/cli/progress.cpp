@@ -122,6 +122,9 @@ std::string FormatProgress(const v1::Job& job, std::optional<double> rate) {
         const std::string details = Details(job, rate);
         text += details.empty() ? "" : ": " + details;
     }
+    if (job.state() == v1::JOB_STATE_QUEUED && !job.message().empty()) {
+        text += ", " + job.message();
+    }
     if (!job.held().empty()) {
         text += ", held: " + job.held();
     }

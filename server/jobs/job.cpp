@@ -55,9 +55,17 @@ bool Job::Awaits(std::size_t unit) const {
            !Done(unit);
 }
 
+void Job::Wait(const std::string& why, TimePoint now) {
+    if (info_.state == JobState::kQueued && info_.message != why) {
+        info_.message = why;
+        Publish(now);
+    }
+}
+
 void Job::Start(TimePoint now) {
     if (info_.state == JobState::kQueued) {
         info_.state = JobState::kRendering;
+        info_.message.clear();
         pass_start_ = now;
         Proceed(now);
         Publish(now);

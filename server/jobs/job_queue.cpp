@@ -260,7 +260,9 @@ std::optional<JobQueue::FilterWork> JobQueue::TakeFilterWork() {
 }
 
 void JobQueue::Succeed(const std::string& name, Outcome outcome, TimePoint now) {
-    Find(name).Succeed(std::move(outcome), now);
+    Job& job = Find(name);
+    job.Succeed(std::move(outcome), now);
+    Place(&job);
 }
 
 WorkerId JobQueue::AddWorker(const std::string& name, const std::string& numeric_class, int threads,

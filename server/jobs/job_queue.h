@@ -17,6 +17,7 @@
 #include "server/jobs/job.h"
 #include "server/jobs/lease_policy.h"
 #include "server/jobs/loss_book.h"
+#include "server/jobs/memory_room.h"
 #include "server/jobs/queue_status.h"
 
 namespace relume::jobs {
@@ -128,6 +129,9 @@ class JobQueue {
     // A share of the units, 0 to 1, chosen by a `salt` that no worker knows, is merged only when
     // two workers gave the same answer. A worker whose answer is odd is quarantined. 0: none.
     void SetCrossCheck(double share, std::uint64_t salt) { checks_.Configure(share, salt); }
+
+    // Bytes of all films under way together: what has no room waits. Unset: as many as there are.
+    void SetFilmMemory(std::uint64_t most) { room_.SetMost(most); }
 
     // --- Workers.
     WorkerId AddWorker(const std::string& name, const std::string& numeric_class, int threads,
@@ -313,7 +317,8 @@ class JobQueue {
     std::map<std::uint64_t, Job*> active_;     // of those, all that may have work
     std::map<std::uint64_t, Job*> not_over_;   // and those that TakeOver has not told of
     FairShare share_;                          // of jobs that are running
-    std::uint64_t starting_ = 0;               // the job that was started last
+    MemoryRoom room_;
+    std::uint64_t starting_ = 0;  // the job that was started last
     std::deque<std::string> to_plan_, to_filter_;
     JobTotals forgotten_;  // of jobs that are
     std::uint64_t results_wrong_ = 0;

@@ -13,6 +13,8 @@ namespace {
 constexpr double kStaySeconds = 5;
 // Of a sample, by one core, as long as nothing is measured.
 constexpr double kAssumedSampleSeconds = 1e-6;
+constexpr const char* kNoRoom =
+    "waits for memory: it starts when jobs under way have ended (relume-server --film-memory)";
 
 }  // namespace
 
@@ -23,6 +25,9 @@ void JobQueue::Place(Job* job) {
         active_[number] = job;
     } else {
         active_.erase(number);
+    }
+    if (room_.Put(number, job->takes_memory() ? job->memory() : 0)) {
+        news_ = true;  // for those that wait for it
     }
     if (job->running()) {
         share_.Put(number, KeyOf(*job), job->info().state != JobState::kQueued);
@@ -58,10 +63,16 @@ std::optional<LeaseGrant> JobQueue::LendFirst(WorkerId id, TimePoint now) {
         return it == by_number_.end() || !it->second->starting();
     };
     const auto start = [&](const FairShare::Jobs& jobs) {
-        if (!jobs.waiting.empty() && may_start()) {
-            starting_ = *jobs.waiting.begin();
-            grant = Lend(id, by_number_.at(starting_), now);
+        if (jobs.waiting.empty() || !may_start()) {
+            return false;
         }
+        Job* job = by_number_.at(*jobs.waiting.begin());
+        if (!room_.Has(job->memory())) {
+            job->Wait(kNoRoom, now);
+            return false;
+        }
+        starting_ = job->info().number;
+        grant = Lend(id, job, now);
         return grant.has_value();
     };
     const auto lend = [&](const FairShare::Jobs& jobs) {

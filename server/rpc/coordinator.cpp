@@ -10,6 +10,7 @@
 
 #include "core/base/error.h"
 #include "core/base/log.h"
+#include "core/base/resources.h"
 #include "core/base/sha256.h"
 #include "proto/codec/digests.h"
 #include "server/rpc/finish_image.h"
@@ -49,6 +50,8 @@ Coordinator::Coordinator(const CoordinatorOptions& options)
     std::random_device random;
     queue_.SetCrossCheck(options.cross_check, (std::uint64_t{random()} << 32) | random());
     queue_.SetSilence(options.silent_seconds);
+    queue_.SetFilmMemory(quotas_.film_memory > 0 ? quotas_.film_memory
+                                                 : AvailableResources().memory / 2);
     Load();
     control_.Every(FromSeconds(kTickSeconds), [this] { Tick(); });
 }

@@ -20,6 +20,7 @@ constexpr int kMinTileSize = 8, kDefaultTileSize = 32;
 constexpr std::size_t kMaxDisplayName = 200, kMaxOwner = 64, kMaxGroup = 100;
 // Film, planner, and the filter's frame and layers at the same time.
 constexpr std::uint64_t kBytesPerPixel = 600;
+constexpr std::uint64_t kFilmBytesPerPixel = 200;                  // and the planner's
 constexpr std::uint64_t kMaxSampleBytes = std::uint64_t{4} << 30;  // of a job that keeps them
 
 // `kept`: bytes of the samples that the job keeps. The filter has a half of them once more, and for
@@ -182,6 +183,7 @@ CheckedSpec CheckSpec(const v1::JobSpec& spec, const store::BlobStore& blobs) {
         CheckSamples(spec, *denoiser, &checked.budgets, checked.settings.Window().area());
 
     CheckMemory(checked.settings, kept);
+    checked.memory = checked.settings.Window().area() * kFilmBytesPerPixel + kept;
     CheckBlobs(checked.manifest, blobs);
     return checked;
 }
@@ -193,6 +195,7 @@ jobs::JobSetup CheckedSpec::Setup() const {
     setup.display_height = settings.height;
     setup.tile_size = tile_size;
     setup.keep_samples = message.keep_samples();
+    setup.memory = memory;
     setup.owner = message.owner();
     setup.priority = message.priority();
     setup.budgets = budgets;

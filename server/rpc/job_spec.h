@@ -23,6 +23,7 @@ struct CheckedSpec {
     std::string sampler, filter;  // with all parameters
     int tile_size = 32;
     jobs::Budgets budgets;
+    std::uint64_t memory = 0;  // bytes, as JobSetup's
 
     jobs::JobSetup Setup() const;
 };

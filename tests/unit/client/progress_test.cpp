@@ -112,6 +112,9 @@ TEST(FormatProgress, SaysAllThatIsKnown) {
     EXPECT_EQ(FormatProgress(Rendering(0, 0, 0), std::nullopt), "rendering");
     job.set_state(v1::JOB_STATE_QUEUED);
     EXPECT_EQ(FormatProgress(job, 1000.0), "queued");
+    job.set_message("waits for memory");
+    EXPECT_EQ(FormatProgress(job, 1000.0), "queued, waits for memory");
+    job.clear_message();
 }
 
 TEST(FormatBar, FillsWithTheShareAndFitsTheTerminal) {

@@ -20,8 +20,11 @@ using testing::IsEmpty;
 class JobQueueTest : public testing::Test {
   protected:
     // Tiles of 16 on 48x16 pixels: three units in the pilot.
-    void AddJob(const std::string& name, std::uint64_t budget = 48 * 16 * 4) {
+    void AddJob(const std::string& name, std::uint64_t budget = 48 * 16 * 4,
+                std::uint64_t memory = 0) {
         JobSetup setup;
+        setup.memory = memory;
+        setup.owner = name;
         setup.window = {0, 0, 48, 16};
         setup.display_width = 48;
         setup.display_height = 16;
@@ -108,6 +111,37 @@ TEST_F(JobQueueTest, LendsUpToTheCreditsAndFinishesTheJob) {
     EXPECT_EQ(queue.Get("jobs/a").state, JobState::kSucceeded);
     EXPECT_EQ(queue.Get("jobs/a").message, kBudgetSpent);
     EXPECT_TRUE(queue.Get("jobs/a").ended.has_value());
+}
+
+TEST_F(JobQueueTest, FilmsWithoutRoomWaitForThoseUnderWay) {
+    queue.SetFilmMemory(1000);
+    const auto state = [&](const char* job) { return queue.Get(job).state; };
+    AddJob("jobs/a", 48 * 16 * 4, 600);
+    AddJob("jobs/b", 48 * 16 * 4, 500);
+    AddJob("jobs/c", 48 * 16 * 4, 400);
+    AddJob("jobs/d", 48 * 16 * 4, 5000);
+    const WorkerId w = AddWorker(100);
+    const auto finish = [&](const char* job) {
+        for (const LeaseGrant& lease : TakeAll(w)) {
+            Deliver(w, lease);
+        }
+        while (const auto work = queue.TakeFilterWork()) {
+            EXPECT_EQ(state(work->name.c_str()), JobState::kFiltering);
+        }
+        EXPECT_EQ(state(job), JobState::kFiltering);
+    };
+    finish("jobs/a");
+    EXPECT_EQ(state("jobs/c"), JobState::kFiltering) << "fits beside the first";
+    EXPECT_EQ(state("jobs/b"), JobState::kQueued);
+    EXPECT_THAT(queue.Get("jobs/b").message, HasSubstr("--film-memory"));
+    queue.Succeed("jobs/a", {}, now);
+    finish("jobs/b");
+    EXPECT_EQ(queue.Get("jobs/b").message, kBudgetSpent);
+    EXPECT_EQ(state("jobs/d"), JobState::kQueued);
+    queue.Cancel("jobs/b", now);
+    EXPECT_FALSE(NextLease(w));
+    queue.Fail("jobs/c", "of a test", now);
+    finish("jobs/d");  // larger than all there may be: alone
 }
 
 TEST_F(JobQueueTest, AFilterIsToldHowTheNoiseHasFallen) {
