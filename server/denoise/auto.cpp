@@ -180,14 +180,15 @@ class Auto final : public Denoiser {
             tried.push_back({NetName(spec), judge.Of(run), seconds + run.seconds});
         }
         const bool judged = trial.tells() && trial.is_wide();
+        bool worse = false;
         if (!judged) {
             const Judge::Difference more =
-                Judge::Compare(tried[stands[1]].errors, tried[stands.back()].errors);
-            const bool worse = trial.tells() && more.mean < -kClearly * more.error;
+                Judge::Compare(tried[stands.back()].errors, tried[stands[1]].errors);
+            worse = trial.tells() && more.error > 0 && more.mean > kClearly * more.error;
             stands = {HasNoise(frame) ? stands[worse ? 1 : stands.size() - 1] : 0};
         }
         const std::size_t taken = Take(tried, stands, &choice);
-        if (!judged && all.size() > 1) {
+        if (!judged && !worse && all.size() > 1) {
             choice.reason = trial.tells() ? "too small an image to tell filters apart"
                                           : "too few samples a pixel to tell filters apart";
         }

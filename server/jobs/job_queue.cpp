@@ -25,9 +25,6 @@ double NoiseFalls(const std::vector<PassSummary>& passes) {
     return FallsBetween(first, last);
 }
 
-}  // namespace
-namespace {
-
 constexpr std::uint32_t kMaxCredits = 4096;
 constexpr std::size_t kMaxWorkerName = 128;
 
