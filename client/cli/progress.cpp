@@ -36,6 +36,12 @@ std::string Details(const v1::Job& job, std::optional<double> rate) {
     return fmt::format("{}", fmt::join(parts, ", "));
 }
 
+// A queued job may have a reason not to be started.
+std::string StateAndReason(const v1::Job& job) {
+    const bool waits = job.state() == v1::JOB_STATE_QUEUED && !job.message().empty();
+    return StateText(job) + (waits ? ", " + job.message() : "");
+}
+
 }  // namespace
 
 std::string FormatDuration(double seconds) {
@@ -117,13 +123,10 @@ std::optional<double> ShareDone(const v1::Job& job) {
 }
 
 std::string FormatProgress(const v1::Job& job, std::optional<double> rate) {
-    std::string text = StateText(job);
+    std::string text = StateAndReason(job);
     if (job.state() == v1::JOB_STATE_RENDERING || job.state() == v1::JOB_STATE_FILTERING) {
         const std::string details = Details(job, rate);
         text += details.empty() ? "" : ": " + details;
-    }
-    if (job.state() == v1::JOB_STATE_QUEUED && !job.message().empty()) {
-        text += ", " + job.message();
     }
     if (!job.held().empty()) {
         text += ", held: " + job.held();
@@ -142,7 +145,7 @@ std::string FormatBar(const v1::Job& job, std::optional<double> rate, int column
     if (!job.held().empty()) {
         text += ", held: " + job.held();
     } else if (job.state() != v1::JOB_STATE_RENDERING || job.paused()) {
-        text += std::string(text.ends_with(' ') ? "" : ", ") + StateText(job);
+        text += std::string(text.ends_with(' ') ? "" : ", ") + StateAndReason(job);
     }
     return text.substr(0, static_cast<std::size_t>(std::max(0, columns)));
 }

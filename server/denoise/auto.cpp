@@ -13,9 +13,8 @@
 //
 //   effort    what it may cost over the bilateral filter alone, the trial included, over what the
 //             samples cost that would have gained as much, by typical times and gains and what is
-//             known of the samples (worth.h):
-//             dearer candidates are not tried. Beyond 1 more samples would have been the better use
-//             of the time. 0 = any (default).
+//             known of the samples (worth.h): dearer candidates are not tried. Beyond 1 more
+//             samples would have been the better use of the time. 0 = any (default).
 //   seconds   what it may take; dearer candidates are not tried. 0 = any (default). With it the
 //             choice may differ from run to run.
 #include <fmt/format.h>

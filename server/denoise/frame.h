@@ -42,9 +42,9 @@ Frame FrameFromFilm(const Film& film);
 // buffer_b.*, ...) or other renderers' names for them (channel_names.cpp); plain R G B is the noisy
 // image if there is no `noisy`. `variance` is what the file says, else the best that can be had
 // from the samples' variance, the halves, or neighbouring pixels; a depth of 1e9 or more, a miss,
-// becomes the largest below. `sampling` is
-// taken from Relume's metadata. What was missing or repaired is said in `notes` (may be null); no
-// colour or no pixel throws kInvalidArgument.
+// becomes the largest below. `sampling` is taken from Relume's metadata. What was missing or
+// repaired is said in `notes` (may be null); no colour or no pixel throws
+// kInvalidArgument.
 Frame FrameFromImage(const Image& image, std::vector<std::string>* notes);
 
 }  // namespace relume::denoise

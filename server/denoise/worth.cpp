@@ -14,7 +14,8 @@ constexpr double kMostFalls = 3;
 // 0.53 us a ray on one core, the geometric mean of seven generated scenes (train/scenes.py).
 constexpr double kRayCost = 0.36;
 constexpr double kUsualRays = 4.8;
-constexpr double kUsualMixCost = 0.2, kMixPixels = 2e4;  // as many more, with oidn's
+constexpr double kUsualMixCost = 0.2;
+constexpr double kMixPixels = 2e4;  // of the bilateral filter take as long as the networks' set-up
 // What the network makes of oidn's image and the bilateral filter's, over the latter: the better
 // that one, the more. Where noise is easily removed, it removes more of it; where little is left to
 // remove, it can't. On 36 generated scenes at 8 and 32 samples a pixel (train/scenes.py, seeds that

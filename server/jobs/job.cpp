@@ -230,11 +230,7 @@ void Job::EndPass(TimePoint now) {
                             open_.front().plan_seconds, open_.front().image_relmse,
                             open_.front().relmse_predicted, pass.unit_count()});
     if (planner_->View() == FilmView::kNothing) {
-        std::uint64_t samples = 0;
-        for (const auto& p : info_.passes) {
-            samples += p.samples;
-        }
-        errors_.push_back({samples, info_.relmse});
+        errors_.push_back({TotalSamples(info_.passes), info_.relmse});
     }
     pass_start_ = now;
     open_.pop_front();
@@ -245,8 +241,8 @@ LedgerAudit Job::Audit() const {
     LedgerAudit audit;
     for (const PassSummary& pass : info_.passes) {
         audit.ranges += pass.ranges;
-        audit.samples += pass.samples;
     }
+    audit.samples = TotalSamples(info_.passes);
     std::uint64_t shares = 0, wrong = 0;
     for (const auto& [name, share] : info_.workers) {
         shares += share.samples;

@@ -32,9 +32,8 @@ struct JobSetup {
     int display_width = 0, display_height = 0;
     int tile_size = 32;
     bool keep_samples = false;  // in the film
-    std::uint64_t memory =
-        0;              // bytes, of the film and what goes with it, from its start to its end
-    std::string owner;  // as in JobInfo
+    std::uint64_t memory = 0;   // bytes that it takes from its start to its end
+    std::string owner;          // as in JobInfo
     int priority = 0;
     Budgets budgets;
     Estimators estimators;
@@ -94,7 +93,7 @@ class Job {
         return info_.state == JobState::kRendering || info_.state == JobState::kFiltering;
     }
 
-    // Says why it is not started; "": it may be.
+    // Tells why it is not started yet.
     void Wait(const std::string& why, TimePoint now);
     // Asks for the first pass, on the first call alone; the film's memory is not taken before.
     void Start(TimePoint now);

@@ -34,6 +34,14 @@ struct PassSummary {
     std::uint64_t ranges = 0;  // units of tile and layer, each merged once
 };
 
+inline std::uint64_t TotalSamples(const std::vector<PassSummary>& passes) {
+    std::uint64_t samples = 0;
+    for (const PassSummary& pass : passes) {
+        samples += pass.samples;
+    }
+    return samples;
+}
+
 // Whether every sample that a job asked for is in its film once: what the passes planned against
 // what was taken in and what the film's pixels count.
 struct LedgerAudit {

@@ -18,11 +18,8 @@ double NoiseFalls(const std::vector<PassSummary>& passes) {
     if (passes.empty()) {
         return 0;
     }
-    ErrorPoint first{passes.front().samples, passes.front().relmse}, last{0, passes.back().relmse};
-    for (const PassSummary& pass : passes) {
-        last.samples += pass.samples;
-    }
-    return FallsBetween(first, last);
+    return FallsBetween({passes.front().samples, passes.front().relmse},
+                        {TotalSamples(passes), passes.back().relmse});
 }
 
 constexpr std::uint32_t kMaxCredits = 4096;

@@ -1,5 +1,6 @@
 #include "client/cli/progress.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -125,6 +126,11 @@ TEST(FormatBar, FillsWithTheShareAndFitsTheTerminal) {
     EXPECT_EQ(FormatBar(Rendering(1, 5000, 0), std::nullopt, 80), "[>                       ] ");
     EXPECT_EQ(FormatBar(Rendering(1, 5000), 100.0, 20).size(), 20u);
     EXPECT_EQ(FormatBar(Rendering(1, 5000), 100.0, -3), "");
+    v1::Job queued;
+    queued.set_state(v1::JOB_STATE_QUEUED);
+    queued.set_message("waits for memory");
+    EXPECT_THAT(FormatBar(queued, std::nullopt, 80),
+                testing::HasSubstr("] queued, waits for memory"));
 }
 
 // What a meter of a style writes to a file, with a clock that the test turns.
