@@ -128,17 +128,17 @@ class Auto final : public Denoiser {
             return choice;
         }
         std::array<Trial::Run, kNetSlotCount> runs;
-        const std::shared_ptr<const Denoiser> bilateral =
+        const std::unique_ptr<const Denoiser> bilateral =
             MakeDenoiser(kNetSlots[kBilateralSlot].filter);
         if (trial.is_small()) {
             Trial::Whole whole = trial.FilterWhole(*bilateral, frame, cancel);
             runs[kBilateralSlot] = std::move(whole.run);
-            choice.base_halves = std::make_shared<FilteredHalves>(std::move(whole.halves));
+            choice.base_error =
+                std::make_shared<const ErrorEstimate>(JudgeHalves(frame, whole.halves));
         } else {
             runs[kBilateralSlot] = trial.Filter(*bilateral, 2, cancel);
         }
-        const double left =
-            LeftOfNone(trial, runs[kBilateralSlot], choice, bilateral, frame, cancel);
+        const double left = LeftOfNone(trial, runs[kBilateralSlot], choice.base_error.get());
         std::vector<const Trial::Run*> all = {&runs[kBilateralSlot]};
         const int halves = effort_ > 0 || seconds_ > 0 ? 1 : 2;
         const double tried_share = halves * trial.share();
@@ -238,16 +238,14 @@ class Auto final : public Denoiser {
     };
 
     // Estimated error of the bilateral filter's image over that of the noisy one; 0: can't be told.
-    static double LeftOfNone(const Trial& trial, const Trial::Run& bilateral, const Choice& choice,
-                             std::shared_ptr<const Denoiser> denoiser, const Frame& frame,
-                             const CancelToken& cancel) {
+    // `whole`: that estimate of the whole frame; null: by the trial.
+    static double LeftOfNone(const Trial& trial, const Trial::Run& bilateral,
+                             const ErrorEstimate* whole) {
         if (!trial.tells()) {
             return 0;
         }
-        if (choice.base_halves) {
-            const auto error = EstimateChosen(
-                {.base = std::move(denoiser), .base_halves = choice.base_halves}, frame, cancel);
-            return error && error->unfiltered > 0 ? error->relmse / error->unfiltered : 0;
+        if (whole != nullptr) {
+            return whole->unfiltered > 0 ? whole->relmse / whole->unfiltered : 0;
         }
         const Trial::Run* runs[] = {&bilateral};
         const Judge judge(trial, runs, 2);

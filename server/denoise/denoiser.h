@@ -32,7 +32,7 @@ struct Result {
 };
 
 class Denoiser;
-struct FilteredHalves;  // halves.h
+struct ErrorEstimate;  // error_estimate.h
 
 // What a method that chooses among others has taken for a frame, and why.
 struct Choice {
@@ -48,8 +48,8 @@ struct Choice {
     std::string dropped;                // features that were of no use, for people
     // For estimates of its error (error_estimate.h): over that of `base` where both were tried, and
     // the standard error of that.
-    std::shared_ptr<const Denoiser> base;               // null: nothing was tried
-    std::shared_ptr<const FilteredHalves> base_halves;  // of the frame, if it was tried whole
+    std::shared_ptr<const Denoiser> base;             // null: nothing was tried
+    std::shared_ptr<const ErrorEstimate> base_error;  // of the frame, if it was tried whole
     double over_base = 1, over_base_error = 0;
 };
 

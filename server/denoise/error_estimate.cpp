@@ -56,31 +56,6 @@ ErrorEstimate Summarise(const Frame& frame, const Rgb& squared, const Rgb& yards
     return estimate;
 }
 
-ErrorEstimate JudgeHalves(const Frame& frame, const FilteredHalves& halves) {
-    const Rgb noise = VarianceByHalves(frame);
-    Rgb yardstick = FilteredYardstick(halves, frame.width, frame.height);
-    Rgb squared = HalvesError(frame, halves, noise);
-    // Lights that the camera sees stay as they are, and their halves are too different.
-    const std::vector<unsigned char> lights = FindSeenLights(frame);
-    for (std::size_t c = 0; c < 3; ++c) {
-        for (std::size_t i = 0; i < frame.pixel_count(); ++i) {
-            squared[c][i] *= kBrighterWhereWrong;
-            if (!lights.empty() && lights[i] != 0) {
-                squared[c][i] = noise[c][i];
-                yardstick[c][i] = frame.color[c][i] * frame.color[c][i];
-            }
-        }
-    }
-    ErrorEstimate estimate = Summarise(frame, squared, yardstick, kFilteredBias);
-    for (std::size_t c = 0; c < 3; ++c) {
-        for (std::size_t i = 0; i < frame.pixel_count(); ++i) {
-            estimate.unfiltered += noise[c][i] / (3 * (yardstick[c][i] + kRelMSEEpsilon)) /
-                                   static_cast<double>(frame.pixel_count());
-        }
-    }
-    return estimate;
-}
-
 // Whether each half has the samples a pixel that the filter needs.
 bool HasForHalves(const Denoiser& denoiser, const Frame& frame) {
     double samples = 0;
@@ -164,6 +139,31 @@ ErrorEstimate EstimateNoisy(const Frame& frame) {
     return Summarise(frame, VarianceByHalves(frame), SquaredYardstick(frame), kNoisyBias);
 }
 
+ErrorEstimate JudgeHalves(const Frame& frame, const FilteredHalves& halves) {
+    const Rgb noise = VarianceByHalves(frame);
+    Rgb yardstick = FilteredYardstick(halves, frame.width, frame.height);
+    Rgb squared = HalvesError(frame, halves, noise);
+    // Lights that the camera sees stay as they are, and their halves are too different.
+    const std::vector<unsigned char> lights = FindSeenLights(frame);
+    for (std::size_t c = 0; c < 3; ++c) {
+        for (std::size_t i = 0; i < frame.pixel_count(); ++i) {
+            squared[c][i] *= kBrighterWhereWrong;
+            if (!lights.empty() && lights[i] != 0) {
+                squared[c][i] = noise[c][i];
+                yardstick[c][i] = frame.color[c][i] * frame.color[c][i];
+            }
+        }
+    }
+    ErrorEstimate estimate = Summarise(frame, squared, yardstick, kFilteredBias);
+    for (std::size_t c = 0; c < 3; ++c) {
+        for (std::size_t i = 0; i < frame.pixel_count(); ++i) {
+            estimate.unfiltered += noise[c][i] / (3 * (yardstick[c][i] + kRelMSEEpsilon)) /
+                                   static_cast<double>(frame.pixel_count());
+        }
+    }
+    return estimate;
+}
+
 std::optional<ErrorEstimate> EstimateByHalves(const Denoiser& denoiser, const Frame& frame,
                                               const CancelToken& cancel) {
     if (!frame.has_halves() || denoiser.GetNeeds().halves) {
@@ -209,8 +209,8 @@ std::optional<ErrorEstimate> EstimateChosen(const Choice& choice, const Frame& f
     if (!choice.base) {
         return std::nullopt;
     }
-    auto estimate = choice.base_halves ? JudgeHalves(frame, *choice.base_halves)
-                                       : EstimateByHalves(*choice.base, frame, cancel);
+    auto estimate = choice.base_error ? std::optional(*choice.base_error)
+                                      : EstimateByHalves(*choice.base, frame, cancel);
     if (estimate) {
         const double ratio = choice.over_base;
         const double spread = 1.96 * choice.over_base_error * estimate->relmse;

@@ -36,9 +36,12 @@ ErrorEstimate EstimateNoisy(const Frame& frame);
 std::optional<ErrorEstimate> EstimateByHalves(const Denoiser& denoiser, const Frame& frame,
                                               const CancelToken& cancel);
 
+// Of the filtered one, by its halves, which are at hand.
+ErrorEstimate JudgeHalves(const Frame& frame, const FilteredHalves& halves);
+
 // Of what was chosen, for less than filtering halves by a dear filter: the estimate of
 // `choice.base` on this frame times `over_base` (a ratio estimate: their errors vary together). Its
-// `base_halves`, if it has them, must be this frame's. Nothing if nothing was tried.
+// `base_error`, if it has that, must be this frame's. Nothing if nothing was tried.
 std::optional<ErrorEstimate> EstimateChosen(const Choice& choice, const Frame& frame,
                                             const CancelToken& cancel);
 

@@ -15,6 +15,7 @@ namespace {
 
 constexpr std::uint32_t kProbe = 2;              // samples a pixel, by which the speed is measured
 constexpr std::uint64_t kFewestToForecast = 16;  // samples a pixel of the whole job
+constexpr double kSecondsToForecast = 20;
 
 std::uint64_t Sum(std::span<const std::uint32_t> counts) {
     return std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
@@ -130,7 +131,10 @@ BudgetedPlanner::Pass BudgetedPlanner::NextPass(const Input& input) {
         // for the forecast: each costs time, if there is a filter its run. A job that is soon over
         // needs none.
         const bool soon_over =
-            budgets_.samples && *budgets_.samples < kFewestToForecast * state.pixels;
+            budgets_.samples &&
+            (*budgets_.samples < kFewestToForecast * state.pixels ||
+             static_cast<double>(*budgets_.samples - std::min(*budgets_.samples, state.done)) <
+                 kSecondsToForecast * input.samples_per_second);
         const bool wanted =
             budgets_.target || !estimators_.error || (errors_.empty() && !soon_over);
         if (wanted && rest_.empty() && View() != FilmView::kNothing) {
@@ -196,8 +200,8 @@ Plan BudgetedPlanner::WithinAllowance(const Input& input, std::uint64_t allowed,
         *filter_seconds += input.seconds() - before;
         return guide;
     };
-    Plan plan = planner_->NextPass(
-        {input.film, allowed, input.planned, input.guide != nullptr ? &timed : nullptr});
+    Plan plan = planner_->NextPass({input.film, allowed, input.planned,
+                                    input.guide != nullptr ? &timed : nullptr, input.rays});
     if (plan.counts.empty()) {
         return plan;
     }

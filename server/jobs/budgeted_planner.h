@@ -47,6 +47,7 @@ class BudgetedPlanner {
         std::uint64_t done = 0;           // samples rendered
         double samples_per_second = 0;    // 0: not known
         std::function<double()> seconds;  // since the job was made, as of now
+        double rays = 0;                  // as in PlanInput
     };
     struct Pass {
         Plan plan;  // without counts: no more passes

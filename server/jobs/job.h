@@ -239,6 +239,8 @@ class Job {
     void Expect(TimePoint now);
     // Measured, else over all the time that it has rendered; 0: nothing is known.
     double SamplesPerSecond() const;
+    // Traced for a sample that the next plan may look at, mean; 0: not known.
+    double RaysInFilm() const;
     void Release();
     void End(JobState state, const std::string& message, TimePoint now);
     void Publish(TimePoint now);

@@ -24,7 +24,8 @@ void MakePlan(const PlanWork& work, const Clock& clock, TimePoint start, PlanRes
     const std::vector<std::uint32_t>& first = *result->planned;
     BudgetedPlanner::Pass pass = work.planner->NextPass(
         {*film, first, work.guide ? &work.guide : nullptr, work.samples_done,
-         work.samples_per_second, [&] { return work.seconds + ToSeconds(clock.Now() - start); }});
+         work.samples_per_second, [&] { return work.seconds + ToSeconds(clock.Now() - start); },
+         work.rays});
     result->stop = std::move(pass.stop);
     result->last = pass.last;
     result->error = pass.error;

@@ -26,6 +26,7 @@ struct PlanWork {
     double samples_per_second = 0;     // 0: not known
     double seconds = 0;                // since the job was made
     Guide guide;                       // may be empty
+    double rays = 0;                   // as in PlanInput
     std::shared_ptr<const Film> film;  // null: of the first pass
     std::shared_ptr<const std::vector<std::uint32_t>> planned;  // of each pixel; null with film
 };

@@ -44,6 +44,7 @@ struct PlanInput {
     // the film.
     std::span<const std::uint32_t> planned = {};
     const Guide* guide = nullptr;  // null: the image is not filtered
+    double rays = 0;               // traced for a sample in the film, mean; 0: not known
 };
 
 // Samples of each pixel that are planned so far.

@@ -31,9 +31,11 @@ constexpr struct {
      "more samples where they change the image most; passes that double (Kirk, Arvo "
      "1991, Neyman 1934)\n"
      "    pilot=4          samples a pixel in the first pass; even, 4 to 4096\n"
-     "    by=filter        filter: where the filter makes different images of the two halves, if "
+     "    by=auto          filter: where the filter makes different images of the two halves, if "
      "the image is\n"
-     "                     filtered; noise: where the samples are noisy, whatever follows\n"},
+     "                     filtered; noise: where the samples are noisy, whatever follows; auto: "
+     "as\n"
+     "                     filter where a sample takes 3 rays or more, else as noise\n"},
     {"paper", MakePaper,
      "adaptive: pixels whose value still changes go on; Xing, Chen, Li 2020\n"
      "    mode=corrected   corrected: what we think was meant; printed: the paper's equations to "

@@ -109,7 +109,7 @@ jobs::Estimators MakeErrorEstimator(const std::string& filter) {
         const denoise::Denoiser& taken = state->choice ? *state->choice->denoiser : *state->asked;
         if (state->choice && taken.Describe() != "none") {
             const auto error = denoise::EstimateChosen(*state->choice, frame, never);
-            state->choice->base_halves = nullptr;  // of this frame alone
+            state->choice->base_error = nullptr;  // of this frame alone
             if (error) {
                 return error->relmse;
             }

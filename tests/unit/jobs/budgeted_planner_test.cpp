@@ -83,6 +83,21 @@ TEST(BudgetedPlanner, SpendsSamplesAsThePlannerDoes) {
     EXPECT_THAT(job.passes(), ElementsAre(800, 800, 1600, 3200));
 }
 
+TEST(BudgetedPlanner, AJobThatIsSoonOverIsNotJudgedForAForecast) {
+    for (const bool long_one : {false, true}) {
+        int estimates = 0;
+        Estimators estimators;
+        estimators.error = [&](const Film&) { return ++estimates, 0.1; };
+        estimators.filtered = true;
+        Budgets budgets;
+        budgets.samples = 200 * 64;
+        BudgetedJob job("adaptive", budgets, estimators);
+        job.speed = long_one ? 200 : 2000;  // a minute or six seconds
+        job.Run();
+        EXPECT_EQ(estimates, long_one ? 1 : 0);
+    }
+}
+
 TEST(BudgetedPlanner, TheFirstPassHoldsTheMinimum) {
     Budgets budgets;
     budgets.samples = 200 * 20;

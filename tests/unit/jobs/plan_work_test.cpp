@@ -113,6 +113,38 @@ TEST_F(PlanWorkTest, ALaggingFilmHasAllButTheCoverAndWorkersGoOn) {
     EXPECT_GT(info().passes[1].plan_seconds, 0);
 }
 
+TEST_F(PlanWorkTest, RaysAreThoseOfTheFilmWhateverCameFirst) {
+    std::vector<double> rays;
+    AddJob(FilmView::kLagging, [&](const PlanInput& input) {
+        rays.push_back(input.rays);
+        return Even(8);
+    });
+    TakeAll();
+    PlanNow(&queue, now);
+    for (const std::size_t cover : {8u, 6u}) {  // leases from there on, and dear
+        const auto leases = TakeAll();
+        const auto deliver = [&](std::size_t k) {
+            TileResult result = PseudoRender(leases[k].task);
+            result.rays = leases[k].task.TotalSamples() * (k < cover ? 4 : 40);
+            queue.AddResult(worker, leases[k].id, leases[k].job, std::move(result), now);
+        };
+        deliver(cover + 1);  // before the plan
+        for (std::size_t k = 0; k < cover; ++k) {
+            deliver(k);
+        }
+        PlanNow(&queue, now);
+        for (std::size_t k = cover; k < leases.size(); ++k) {
+            if (k != cover + 1) {
+                deliver(k);
+            }
+        }
+    }
+    // Of eight tiles with 8 samples each the last 2, then six of the eight without the others.
+    const double samples = 8 * 8 + 6 * 8, dear = 8 * 2;
+    EXPECT_THAT(rays, testing::ElementsAre(
+                          0, 4, testing::DoubleEq((4 * (samples - dear) + 40 * dear) / samples)));
+}
+
 TEST_F(PlanWorkTest, TheCoverIsLentAfterTheRestAndGoesOnWhileThePlanIsMade) {
     AddJob(FilmView::kLagging, [](const PlanInput&) { return Even(8); });
     TakeAll();
