@@ -201,7 +201,8 @@ Plan BudgetedPlanner::WithinAllowance(const Input& input, std::uint64_t allowed,
         return guide;
     };
     Plan plan = planner_->NextPass({input.film, allowed, input.planned,
-                                    input.guide != nullptr ? &timed : nullptr, input.rays});
+                                    input.guide != nullptr ? &timed : nullptr, input.rays,
+                                    PixelCap(budgets_)});
     if (plan.counts.empty()) {
         return plan;
     }
