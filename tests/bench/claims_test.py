@@ -54,9 +54,19 @@ class ClaimsTest(unittest.TestCase):
         self.assertEqual(claims.blurs('v', {'sbf-gradient': 0.8, 'printed': 0.9, 'corrected': 0.9}).verdict, HOLDS)
         self.assertEqual(claims.blurs('v', {'sbf-gradient': 0.8, 'printed': 0.7, 'corrected': 0.9}).verdict, FAILS)
 
+    def test_networks_are_better_than_none_and_as_good_as_kpcn(self):
+        def verdicts(printed, mixed):
+            errors = {'net:mode=printed': printed, 'net': mixed, 'kpcn': 0.1, 'bilateral:mode=printed': 0.5,
+                      'bilateral:mode=corrected': 0.2}
+            points = [point('a', Method('uniform', f), e) for f, e in errors.items()]
+            return [line.verdict for line in claims.networks(points, ['a'], 8)]
+        self.assertEqual(verdicts(0.1, 0.1), [HOLDS, HOLDS])
+        self.assertEqual(verdicts(0.3, 0.1), [HOLDS, FAILS])
+        self.assertEqual(verdicts(0.1, 0.3), [FAILS, FAILS])
+
     def test_every_testable_claim_has_a_line_whatever_was_run(self):
         lines = claims.check(ours('a', 0.2, 0.1), ['a'], [8])
-        self.assertEqual(len(lines), 11)
+        self.assertEqual(len(lines), 12)
         self.assertTrue(all(line.verdict == UNKNOWN and line.why for line in lines if not line.figures))
 
 
