@@ -121,7 +121,7 @@ TEST(BudgetedPlanner, NoPixelGetsMoreThanTheMost) {
         EXPECT_THAT(job.planned(), Each(testing::Le(21u)));
         EXPECT_EQ(*std::max_element(job.planned().begin(), job.planned().end()), 21u);
     }
-    budgets.max_spp = 1;                    // less than the first pass
+    budgets.max_spp = 1;  // less than the first pass
     BudgetedJob one("uniform", budgets);
     EXPECT_EQ(one.Run().reason, StopReason::kMaxSpp);
     EXPECT_THAT(one.planned(), Each(1u));
