@@ -68,22 +68,16 @@ class Adaptive final : public Planner {
             deviation =
                 GuidedDeviation(film, (*input.guide)(film, static_cast<double>(pass)), deviation);
         }
-        const std::uint32_t cap = std::min(input.cap, kMaxPixelSamples);
-        const auto none = [](std::uint32_t count) { return count == 0; };
-        plan.counts = ShareByDeviation(planned, deviation, pass, pass_, cap);
-        if (std::ranges::all_of(plan.counts, none)) {  // whether for want of room is not for us
-            plan.counts = ShareByDeviation(planned, deviation, pass, pass_);
-        }
+        plan.counts = ShareByDeviation(planned, deviation, pass, pass_);
         plan.selector.resize(planned.size());
         plan.decisions.resize(planned.size());
         for (std::size_t i = 0; i < planned.size(); ++i) {
             plan.selector[i] =
                 deviation[i] * deviation[i] / static_cast<float>(std::max(1u, planned[i]));
-            plan.decisions[i] = plan.counts[i] > 0  ? Decision::kSampled
-                                : planned[i] >= cap ? Decision::kCapped
-                                                    : Decision::kConverged;
+            plan.decisions[i] = plan.counts[i] > 0 ? Decision::kSampled : Decision::kConverged;
         }
-        if (std::ranges::all_of(plan.counts, none)) {
+        if (std::all_of(plan.counts.begin(), plan.counts.end(),
+                        [](std::uint32_t c) { return c == 0; })) {
             plan.counts.clear();
             plan.reason = "no pixel has any noise";
         }

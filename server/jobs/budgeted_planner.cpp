@@ -201,8 +201,7 @@ Plan BudgetedPlanner::WithinAllowance(const Input& input, std::uint64_t allowed,
         return guide;
     };
     Plan plan = planner_->NextPass({input.film, allowed, input.planned,
-                                    input.guide != nullptr ? &timed : nullptr, input.rays,
-                                    PixelCap(budgets_)});
+                                    input.guide != nullptr ? &timed : nullptr, input.rays});
     if (plan.counts.empty()) {
         return plan;
     }

@@ -12,13 +12,11 @@ namespace {
 
 constexpr std::size_t kLanes = 16;
 constexpr double kMostOfWhatItHas = 3;
-constexpr double kLargest = 1e30;  // lambda
 
-// What a pixel of deviation s gets at lambda: lambda s - n, at least 0 and at most 3 n or cap - n.
-inline double Wish(std::uint32_t planned, float deviation, double lambda, double cap) {
+// What a pixel of deviation s gets at lambda: lambda s - n, at least 0 and at most 3 n.
+inline double Wish(std::uint32_t planned, float deviation, double lambda) {
     const double n = planned;
-    const double most = std::min(kMostOfWhatItHas * n, std::max(0.0, cap - n));
-    return std::clamp(lambda * static_cast<double>(deviation) - n, 0.0, most);
+    return std::clamp(lambda * static_cast<double>(deviation) - n, 0.0, kMostOfWhatItHas * n);
 }
 
 struct Sums {
@@ -28,12 +26,11 @@ struct Sums {
 // In kLanes sums, put together in the end, so that their order is the same for any width of
 // vectors.
 RELUME_CLONES Sums SumWishes(const std::uint32_t* planned, const float* deviation,
-                             std::size_t pixels, double lambda, double cap) {
+                             std::size_t pixels, double lambda) {
     double total[kLanes] = {}, slope[kLanes] = {};
     const auto add = [&](std::size_t i, std::size_t lane) {
         const double n = planned[i], s = deviation[i];
-        const double more = lambda * s - n, times = kMostOfWhatItHas * n, room = cap - n;
-        const double most = times < room ? times : room;
+        const double more = lambda * s - n, most = kMostOfWhatItHas * n;
         const double wish = more < most ? more : most;
         total[lane] += wish > 0 ? wish : 0;
         slope[lane] += more > 0 && more < most ? s : 0;
@@ -58,10 +55,11 @@ RELUME_CLONES Sums SumWishes(const std::uint32_t* planned, const float* deviatio
 // The lambda whose wishes sum to `budget`, or nearly: Newton's method, kept between bounds. Very
 // large if they can't.
 double FindLambda(std::span<const std::uint32_t> planned, const std::vector<float>& deviation,
-                  double budget, double cap) {
+                  double budget) {
     const auto sums = [&](double lambda) {
-        return SumWishes(planned.data(), deviation.data(), planned.size(), lambda, cap);
+        return SumWishes(planned.data(), deviation.data(), planned.size(), lambda);
     };
+    constexpr double kLargest = 1e30;
     if (sums(kLargest).total <= budget) {
         return kLargest;
     }
@@ -88,21 +86,11 @@ double FindLambda(std::span<const std::uint32_t> planned, const std::vector<floa
 
 std::vector<std::uint32_t> ShareByDeviation(std::span<const std::uint32_t> planned,
                                             const std::vector<float>& deviation,
-                                            std::uint64_t budget, std::uint32_t salt,
-                                            std::uint32_t cap) {
+                                            std::uint64_t budget, std::uint32_t salt) {
     const std::size_t pixels = planned.size();
-    cap += cap % 2;
-    // What the cap leaves over is nobody's.
-    const auto most = [&](double capped) {
-        return SumWishes(planned.data(), deviation.data(), pixels, kLargest, capped).total;
-    };
-    const double room = most(cap);
-    if (room < static_cast<double>(budget) && room < most(kMaxPixelSamples)) {
-        budget = static_cast<std::uint64_t>(room);
-    }
-    const double lambda = FindLambda(planned, deviation, static_cast<double>(budget), cap);
+    const double lambda = FindLambda(planned, deviation, static_cast<double>(budget));
     return RoundToPairs(
-        pixels, [&](std::size_t i) { return Wish(planned[i], deviation[i], lambda, cap); }, budget,
+        pixels, [&](std::size_t i) { return Wish(planned[i], deviation[i], lambda); }, budget,
         salt);
 }
 

@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <functional>
-#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -46,9 +45,6 @@ struct PlanInput {
     std::span<const std::uint32_t> planned = {};
     const Guide* guide = nullptr;  // null: the image is not filtered
     double rays = 0;               // traced for a sample in the film, mean; 0: not known
-    // Samples that a pixel may have in all. A planner may leave it to BudgetedPlanner, which cuts
-    // what is beyond, at the price of small passes.
-    std::uint32_t cap = std::numeric_limits<std::uint32_t>::max();
 };
 
 // Samples of each pixel that are planned so far.

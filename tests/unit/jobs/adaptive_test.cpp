@@ -1,8 +1,6 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
 #include <numeric>
 
 #include "server/jobs/neyman.h"
@@ -80,12 +78,6 @@ TEST(NoiseRule, SharesInProportionCountingWhatIsThere) {
     EXPECT_EQ(Sum(most), 40u);
     EXPECT_NEAR(most[1], 24, 2);
     EXPECT_EQ(Sum(ShareByDeviation(planned, {0, 0}, 40, 1)), 0u);
-    // What the cap leaves goes to the others, if they want it.
-    const auto capped = ShareByDeviation(planned, {1, 3}, 20, 1, 18);
-    EXPECT_EQ(capped[0], 10u);
-    EXPECT_EQ(capped[1], 10u);
-    EXPECT_EQ(Sum(ShareByDeviation(planned, {0, 3}, 20, 1, 18)), 10u);
-    EXPECT_EQ(Sum(ShareByDeviation(planned, {1, 3}, 20, 1, 8)), 0u);
 }
 
 TEST(NoiseRule, DeviationIsRelativeAndPooled) {
@@ -204,34 +196,6 @@ TEST(Adaptive, SpendsWhereTheNoiseIs) {
     const Film film = RunAdaptive(32 * kWidth * kHeight, half_noisy);
     EXPECT_LT(film.SampleCount(16 * kWidth + 8), 14);
     EXPECT_GT(film.SampleCount(16 * kWidth + 40), 40);
-}
-
-// Passes until all pixels that want more have `cap` samples, by a planner that knows of it or not.
-int PassesUntil(std::uint32_t cap, bool knows) {
-    const auto value = [](int x, int y, std::uint32_t index) {
-        return 1 + std::exp2(-0.25f * static_cast<float>(x)) * PseudoUniform(x, y, index, 0);
-    };
-    Film film({0, 0, kWidth, kHeight}, kWidth, kHeight);
-    const auto planner = MakePlanner("adaptive");
-    for (int pass = 0; pass < 1000; ++pass) {
-        PlanInput input{film, 1u << 30};
-        input.cap = knows ? cap : input.cap;
-        Plan plan = planner->NextPass(input);
-        for (std::size_t i = 0; i < plan.counts.size(); ++i) {
-            plan.counts[i] = std::min(plan.counts[i], cap - film.NextIndex(i));
-        }
-        if (Sum(plan.counts) == 0) {
-            return pass;
-        }
-        Render(plan.counts, value, &film);
-    }
-    return 1000;
-}
-
-TEST(Adaptive, ACapThatItKnowsOfMakesNoSmallPasses) {
-    const int doublings = 6;  // from 4 to 256
-    EXPECT_LE(PassesUntil(256, true), 2 * doublings);
-    EXPECT_GT(PassesUntil(256, false), 3 * doublings);
 }
 
 TEST(Adaptive, AnImageWithoutNoiseIsDone) {
