@@ -88,6 +88,16 @@ def run(suite, runs, out=sys.stderr):
     return lines, truths
 
 
+def measure_again(suite, runs, truths, pairs, out=sys.stderr):
+    """Once more, in turns, what methods of a scene took: pairs of (scene, methods)."""
+    with runs.another_round():
+        for task in tasks(suite):
+            view, method, spp, seed, extra, stop = task
+            if stop == "spp" and any(view.name == scene and method in methods for scene, methods in pairs):
+                print(f"{view.name}: {method}, {spp:g} spp, seed {seed}, once more", file=out)
+                row(runs, view, truths[view.name], method, spp, seed, extra, stop)
+
+
 def _timed(progress, runs, amount, what, act):
     start, before = time.monotonic(), runs.done
     act()

@@ -11,7 +11,7 @@ import paths  # noqa: F401, I001
 import numpy as np
 
 from chart import exr, front, page, plots, summary
-from chart.judge import TIME_NOISE, judge
+from chart.judge import ROUNDS, TIME_NOISE, Verdict, confirmed, judge
 from chart.methods import BASE, DEFAULT, Method
 from chart.summary import Point
 
@@ -88,23 +88,39 @@ class SummaryTest(unittest.TestCase):
 class JudgeTest(unittest.TestCase):
     def verdict(self, error, floor, time=3):
         points = [point('a', BILATERAL, 8, 1, 0.8), point('a', BILATERAL, 32, 4, 0.2), point('a', DEFAULT, 8, time, error)]
-        (text, beaten), = judge(points, {'a': {'floor': {'mrse': floor, 'relmse': floor}}}, 1.1)
-        return text, beaten
+        verdict, = judge(points, {'a': {'floor': {'mrse': floor, 'relmse': floor}}}, 1.1)
+        return verdict
 
     def test_a_tenth_is_allowed_and_more_names_who_is_better(self):
         between = 0.8 / (3 * (1 - TIME_NOISE))
-        self.assertFalse(self.verdict(1.09 * between, 0.01)[1])
-        text, beaten = self.verdict(1.11 * between, 0.01)
-        self.assertTrue(beaten)
-        self.assertIn('1.11 of uniform + bilateral', text)
+        self.assertFalse(self.verdict(1.09 * between, 0.01).beaten)
+        verdict = self.verdict(1.11 * between, 0.01)
+        self.assertEqual((verdict.beaten, verdict.scene, verdict.by), (True, 'a', BILATERAL))
+        self.assertIn('1.11 of uniform + bilateral', verdict.text)
 
     def test_what_the_reference_cannot_tell_apart_is_a_tie(self):
-        self.assertFalse(self.verdict(0.4, 0.4)[1])
+        self.assertFalse(self.verdict(0.4, 0.4).beaten)
 
     def test_the_fastest_is_not_beaten_and_an_absent_default_is(self):
-        self.assertFalse(self.verdict(0.9, 0.01, time=0.5)[1])
-        (_, beaten), = judge([point('a', BILATERAL, 8, 1, 0.8)], {'a': {'floor': None}}, 1.1)
-        self.assertTrue(beaten)
+        self.assertFalse(self.verdict(0.9, 0.01, time=0.5).beaten)
+        verdict, = judge([point('a', BILATERAL, 8, 1, 0.8)], {'a': {'floor': None}}, 1.1)
+        self.assertEqual((verdict.beaten, verdict.by), (True, None))
+
+    def test_what_is_beaten_is_measured_again_with_what_beats_it(self):
+        asked = []
+
+        def answers(*verdicts):
+            left = list(verdicts)
+            asked.clear()
+            return lambda pairs: (asked.append(pairs), [left.pop(0)])[1]
+        lost, won = Verdict('a', '', True, BILATERAL), Verdict('a', '')
+        self.assertEqual(confirmed([lost], answers(lost, won)), [won])
+        self.assertEqual(asked, [[('a', [DEFAULT, BILATERAL])]] * 2)
+        self.assertEqual(confirmed([lost], answers(*[lost] * 9)), [lost])
+        self.assertEqual(len(asked), ROUNDS)
+        self.assertEqual(confirmed([won], answers()), [won])
+        never_run = Verdict('a', '', True)
+        self.assertEqual(confirmed([never_run], answers()), [never_run])
 
 
 class OutputTest(unittest.TestCase):
