@@ -48,8 +48,31 @@ TEST(RestoreEnergy, GivesBackWhatIsSure) {
     for (const float factor : {0.92f, 0.95f, 1.1f}) {
         const Result result = Restore(factor, frame);
         EXPECT_NEAR(LightOf(result.color) / LightOf(frame.color), 1, 0.01) << factor;
-        EXPECT_NEAR((*result.error)[7], 1 / (factor * factor), 0.03);
+        const float gain = result.color[1][7] / (factor * frame.color[1][7]);
+        EXPECT_NE(gain, 1);
+        EXPECT_NEAR((*result.error)[7], gain * gain, 1e-4);
     }
+}
+
+TEST(RestoreEnergy, BrightPixelsGetTheirSquareAndNoneMoreThanAFifth) {
+    Frame frame = FrameFromFilm(MakeFilm({120, 80}, 8, 3));
+    const auto set = [&](std::size_t i, float light) {
+        for (std::size_t c = 0; c < 3; ++c) {
+            frame.color[c][i] = light;
+            frame.variance[c][i] = 1e-4f;
+        }
+    };
+    for (std::size_t i = 0; i < frame.pixel_count(); ++i) {
+        set(i, i % 2 == 0 ? 1.0f : 0.25f);
+    }
+    set(1000, 20);
+    const Result result = Restore(0.95f, frame);
+    const auto gain = [&](std::size_t i) {
+        return result.color[0][i] / (0.95f * frame.color[0][i]) - 1;
+    };
+    EXPECT_NEAR(gain(1000), 0.2, 1e-5);
+    EXPECT_NEAR(gain(2) / gain(3), 4, 0.01);
+    EXPECT_NEAR(LightOf(result.color) / LightOf(frame.color), 1, 1e-3);
 }
 
 TEST(RestoreEnergy, AtMostATenth) {
