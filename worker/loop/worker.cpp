@@ -1,7 +1,6 @@
 #include "worker/loop/worker.h"
 
 #include <fmt/format.h>
-#include <grpcpp/create_channel.h>
 #include <pthread.h>
 
 #include <algorithm>
@@ -12,13 +11,12 @@
 #include "core/base/error.h"
 #include "core/base/log.h"
 #include "core/film/aov.h"
-#include "core/trust/loopback.h"
-#include "proto/channel/credentials.h"
 #include "proto/codec/codec.h"
 #include "proto/codec/digests.h"
 #include "proto/codec/protocol.h"
 #include "proto/codec/status.h"
 #include "worker/loop/blob_fetch.h"
+#include "worker/loop/messages.h"
 
 namespace relume::worker {
 namespace {
@@ -34,33 +32,6 @@ constexpr int kLeasesPerThread = 3;
 constexpr double kStaleSeconds = 5;
 constexpr std::size_t kMaxKeptBytes = std::size_t{256} << 20;  // of answers not acknowledged
 
-std::shared_ptr<grpc::Channel> MakeChannel(const WorkerOptions& options) {
-    grpc::ChannelArguments arguments;
-    arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 20'000);
-    arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
-    arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
-    arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
-    arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 100);
-    arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 5'000);
-    return grpc::CreateCustomChannel(
-        options.server,
-        options.tls_files.ca.empty()
-            ? channel::MakeCredentials(options.tls)
-            : channel::MakeRenewedCredentials(options.tls_files, options.tls_refresh_seconds),
-        arguments);
-}
-
-WorkerOptions Checked(WorkerOptions options) {
-    if (!options.join_token.empty() && !options.tls.enabled() &&
-        !IsLoopbackHost(SplitHostPort(options.server).first)) {
-        ThrowInvalidArgument(
-            fmt::format("--join-token: would cross the network to {} in the clear; give --tls-ca, "
-                        "too",
-                        options.server));
-    }
-    return options;
-}
-
 }  // namespace
 
 Worker::Worker(WorkerOptions options, SceneLoader loader)
@@ -74,12 +45,7 @@ Worker::Worker(WorkerOptions options, SceneLoader loader)
                               double seconds) {
         const LogScope scope({.job = job});
         spdlog::info("{}: scene ready after {:.2f} s", job, seconds);
-        v1::WorkRequest message;
-        auto* ready = message.mutable_scene_ready();
-        ready->set_job(job);
-        ready->mutable_notes()->Assign(scene->notes.begin(), scene->notes.end());
-        ready->set_seconds(seconds);
-        Send(std::move(message));
+        Send(MakeSceneReady(job, scene->notes, seconds));
         leases_.SetScene(job, std::move(scene));
     };
     handler.on_problem = [this](const std::string& job, const std::string& message,
@@ -119,14 +85,7 @@ void Worker::SayLastWords(const Crash& crash) {
     if (!stream) {
         return;
     }
-    v1::WorkRequest message;
-    v1::JobProblem* problem = message.mutable_problem();
-    problem->set_job(crash.job);
-    problem->set_message(fmt::format("signal {}", crash.signal));
-    problem->set_transient(true);
-    problem->set_signal(crash.signal);
-    problem->set_lease_id(crash.lease);
-    stream->Send(std::move(message));
+    stream->Send(MakeLastWords(crash));
     stream->WaitUntilClosed(kLastWordsTime);
 }
 
@@ -168,7 +127,7 @@ void Worker::Run() {
             said = false;
         }
         if (!said) {
-            const Error why = Explain(status);
+            const Error why = ExplainEnd(options_, status);
             // Who was let in before has the right credentials: what is wrong may be set right at
             // the server.
             if (!let_in_ && (why.code() == ErrorCode::kPermissionDenied ||
@@ -181,20 +140,6 @@ void Worker::Run() {
         Event event;
         NextEvent(backoff * std::uniform_real_distribution<>(0.5, 1.5)(random), &event);
         backoff = std::min(2 * backoff, kMaxBackoffSeconds);
-    }
-}
-
-Error Worker::Explain(const grpc::Status& status) const {
-    if (status.ok()) {
-        return {ErrorCode::kUnavailable, options_.server + ": the server has ended the connection"};
-    }
-    if (options_.tls_files.ca.empty() || status.error_code() != grpc::StatusCode::UNAVAILABLE) {
-        return channel::ExplainStatus(status, options_.server, options_.tls);
-    }
-    try {
-        return channel::ExplainStatus(status, options_.server, LoadClientTls(options_.tls_files));
-    } catch (const Error& error) {
-        return error;
     }
 }
 
@@ -211,7 +156,7 @@ grpc::Status Worker::Serve() {
         const std::lock_guard lock(mutex_);
         stream_ = stream;
     }
-    SayHello();
+    Send(MakeHello(options_));
 
     // A server that neither welcomes the worker nor lets it go is not waited for.
     TimePoint give_up = SteadyClock().Now() + FromSeconds(kWelcomeSeconds);
@@ -262,18 +207,6 @@ grpc::Status Worker::Serve() {
     stream_.reset();
     answers_to_.reset();
     return event.status;
-}
-
-void Worker::SayHello() {
-    v1::WorkRequest message;
-    auto* hello = message.mutable_hello();
-    hello->set_name(options_.name);
-    hello->set_protocol_version(kProtocolVersion);
-    hello->mutable_numeric_class()->set_build(kBuild);
-    hello->mutable_numeric_class()->set_isa(options_.isa);
-    hello->set_threads(options_.threads);
-    hello->set_machine(options_.machine);
-    Send(std::move(message));
 }
 
 void Worker::Handle(const v1::WorkResponse& message) {
@@ -388,46 +321,22 @@ void Worker::RenderThread() {
     pthread_setname_np(pthread_self(), "render");
     while (auto lease = leases_.Take()) {
         const LogScope scope({.job = lease->job, .lease = lease->id});
-        v1::WorkRequest message;
+        v1::WorkRequest message = MakeLeaseReturn({lease->id});
         try {
             const CrashScope crash_scope(lease->job, lease->id);
             const TileResult result = lease->scene->render(lease->task, *lease->cancel);
             if (!lease->cancel->cancelled()) {
-                std::uint64_t offset = 0;
-                for (std::string& chunk : codec::EncodeSamples(result)) {
-                    v1::WorkRequest part;
-                    part.mutable_samples()->set_lease_id(lease->id);
-                    part.mutable_samples()->set_offset(offset);
-                    offset += chunk.size();
-                    part.mutable_samples()->set_data(std::move(chunk));
-                    lease->stream->Send(std::move(part));
+                for (v1::WorkRequest& samples : MakeSamples(*lease, result)) {
+                    lease->stream->Send(std::move(samples));
                 }
-                auto* answer = message.mutable_result();
-                answer->set_lease_id(lease->id);
-                answer->set_job(lease->job);
-                answer->set_planes(codec::EncodePlanes(result));
-                answer->set_rays(result.rays);
-                answer->set_seconds(result.seconds);
-                answer->set_epoch(lease->epoch);
-                answer->set_unit(lease->unit);
-                codec::SetDigests(lease->task_digest, result, answer);
-                if (!lease->task.keep_samples) {
-                    answer->set_ticket(lease->ticket);
-                }
+                message = MakeResult(*lease, result);
                 spdlog::debug("{}: lease {} took {:.3f} s", lease->job, lease->id, result.seconds);
             }
         } catch (const std::exception& error) {
             const TileRect& r = lease->task.rect;
             spdlog::error("{}: lease {} over pixels {},{},{},{} failed: {}", lease->job, lease->id,
                           r.x0, r.y0, r.x1, r.y1, error.what());
-            v1::WorkRequest report;
-            report.mutable_problem()->set_job(lease->job);
-            report.mutable_problem()->set_message(error.what());
-            report.mutable_problem()->set_transient(true);
-            lease->stream->Send(std::move(report));
-        }
-        if (!message.has_result()) {
-            message.mutable_lease_return()->add_lease_ids(lease->id);
+            lease->stream->Send(MakeProblem(lease->job, error.what(), true));
         }
         if (message.result().ticket().empty()) {
             lease->stream->Send(std::move(message));
@@ -468,30 +377,19 @@ void Worker::SendKept() {
 }
 
 void Worker::Report() {
-    v1::WorkRequest message;
-    const int credits = draining_ ? 0 : kLeasesPerThread * options_.threads;
-    message.mutable_report()->set_credits(static_cast<std::uint32_t>(credits));
-    message.mutable_report()->set_leases_held(static_cast<std::uint32_t>(leases_.held()));
-    Send(std::move(message));
+    Send(MakeReport(draining_ ? 0 : kLeasesPerThread * options_.threads, leases_.held()));
 }
 
 void Worker::ReturnLeases(const std::vector<std::uint64_t>& ids) {
-    if (ids.empty()) {
-        return;
+    if (!ids.empty()) {
+        Send(MakeLeaseReturn(ids));
     }
-    v1::WorkRequest message;
-    message.mutable_lease_return()->mutable_lease_ids()->Assign(ids.begin(), ids.end());
-    Send(std::move(message));
 }
 
 void Worker::SendProblem(const std::string& job, const std::string& message, bool transient) {
     const LogScope scope({.job = job});
     spdlog::warn("{}: {}", job, message);
-    v1::WorkRequest request;
-    request.mutable_problem()->set_job(job);
-    request.mutable_problem()->set_message(message);
-    request.mutable_problem()->set_transient(transient);
-    Send(std::move(request));
+    Send(MakeProblem(job, message, transient));
 }
 
 void Worker::Send(v1::WorkRequest message) {

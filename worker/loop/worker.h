@@ -3,7 +3,6 @@
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
-#include <filesystem>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -12,8 +11,8 @@
 #include <thread>
 #include <vector>
 
-#include "core/base/error.h"
-#include "core/trust/tls_files.h"
+#include "core/base/cancel_token.h"
+#include "core/base/clock.h"
 #include "relume/v1/work.grpc.pb.h"
 #include "worker/loop/blob_cache.h"
 #include "worker/loop/crash_report.h"
@@ -22,24 +21,9 @@
 #include "worker/loop/lease_queue.h"
 #include "worker/loop/scene_loader.h"
 #include "worker/loop/work_stream.h"
+#include "worker/loop/worker_options.h"
 
 namespace relume::worker {
-
-struct WorkerOptions {
-    std::string server;   // HOST:PORT
-    std::string name;     // what the server calls it, made unique there
-    int threads = 1;      // render threads
-    std::string isa;      // of the numeric class
-    std::string machine;  // MachineId
-    std::filesystem::path cache_folder;
-    std::uint64_t cache_bytes = std::uint64_t{8} << 30;
-    TlsPems tls;
-    // Where `tls` came from: looked at again every so many seconds, so that renewed certificates
-    // count when it connects again. Not named: never.
-    TlsFiles tls_files;
-    int tls_refresh_seconds = 10;
-    std::string join_token;  // shown to the server; "": none
-};
 
 // Works for one server until told to stop: takes leases, renders them, sends results; reconnects
 // for ever when the server is away. What runs meanwhile is finished, and handed in afterwards with
@@ -79,11 +63,8 @@ class Worker {
     // The next event, or nothing after `seconds`.
     bool NextEvent(double seconds, Event* event);
 
-    // Why there is no stream: what is wrong with our own certificate now, or else with the server.
-    Error Explain(const grpc::Status& status) const;
     // One stream from Hello to its end.
     grpc::Status Serve();
-    void SayHello();
     void Handle(const v1::WorkResponse& message);
     void HandleJob(const v1::JobContext& context);
     void HandleLease(const v1::Lease& lease);
