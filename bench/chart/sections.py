@@ -1,4 +1,6 @@
 """The sections of a page that every suite may have: charts, speed-ups, errors, pictures, parsimony."""
+import statistics
+
 from . import front, page, parsimony, pictures, plots, words
 from .methods import BASE, DEFAULT
 from .summary import MEASURES, curves, find, over_all
@@ -84,14 +86,11 @@ def equal_time(results):
             ours, theirs = (front.error_at(lines.get(m, []), time) for m in (DEFAULT, rival))
             ratios[scene, time] = ours / theirs if ours and theirs else None
     rows = [[scene, *(_ratio_cell(ratios[scene, t]) for t in times)] for scene in results.scenes]
-    rows.append(["mean", *(_ratio_cell(_mean_ratio(ratios[s, t] for s in results.scenes)) for t in times)])
+    for name, mean in ("mean", statistics.fmean), ("geometric mean", front.geomean):
+        known = [[ratios[s, t] for s in results.scenes if ratios[s, t]] for t in times]
+        rows.append([name, *(_ratio_cell(mean(values) if values else None) for values in known)])
     head = ["scene", *(f"{t:g} s" for t in times)]
     return page.section("Equal time", [page.text(words.EQUAL_TIME, rival=rival), page.table(head, rows)])
-
-
-def _mean_ratio(values):
-    known = [v for v in values if v]
-    return front.geomean(known) if known else None
 
 
 def _ratio_cell(ratio):
