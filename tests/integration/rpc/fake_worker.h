@@ -23,6 +23,7 @@ namespace relume::server {
 struct FakeWorkerOptions {
     std::string name = "fake";
     std::string isa = "avx2";
+    std::string machine;
     std::uint32_t version = kProtocolVersion;
     std::string build = kBuild;
     std::uint32_t credits = 3;
@@ -32,6 +33,7 @@ struct FakeWorkerOptions {
     int garbled_until = 0;  // so many results have a bit changed on the way
     int misread_until = 0;  // so many leases are taken for their neighbours
     int short_until = 0;    // so many results come with a sample too few, of those that are kept
+    bool odd = false;       // all results are off by a little, as of bad memory
     std::string problem;    // says this of every job instead of rendering
     bool hold = false;      // takes leases and never answers
 };
@@ -80,6 +82,7 @@ class FakeWorker {
         hello.mutable_hello()->mutable_numeric_class()->set_build(options_.build);
         hello.mutable_hello()->mutable_numeric_class()->set_isa(options_.isa);
         hello.mutable_hello()->set_threads(1);
+        hello.mutable_hello()->set_machine(options_.machine);
         stream->Write(hello);
         v1::WorkRequest report;
         report.mutable_report()->set_credits(options_.credits);
@@ -121,8 +124,8 @@ class FakeWorker {
                 if (results < options_.misread_until) {
                     lease.set_first_sample(0, lease.first_sample(0) ^ 2);
                 }
-                v1::WorkRequest answer =
-                    Render(contexts.at(lease.job()), lease, results < options_.wrong_until);
+                v1::WorkRequest answer = Render(contexts.at(lease.job()), lease,
+                                                results < options_.wrong_until, options_.odd);
                 if (results < options_.garbled_until) {
                     // The lowest bit of a mean: a result like any other.
                     std::string* planes = answer.mutable_result()->mutable_planes();
@@ -151,12 +154,15 @@ class FakeWorker {
 
   public:
     // `context`: of the lease's job.
-    static v1::WorkRequest Render(const v1::JobContext& context, const v1::Lease& lease,
-                                  bool wrong) {
+    static v1::WorkRequest Render(const v1::JobContext& context, const v1::Lease& lease, bool wrong,
+                                  bool odd = false) {
         const TileTask task = codec::TaskFromLease(lease);
         TileResult tile = PseudoRender(task);
         if (wrong) {
             tile.planes[0] += 1;
+        }
+        if (odd) {
+            tile.planes[kMeanA * tile.pixels.size()] += 0.125F;
         }
         v1::WorkRequest message;
         v1::LeaseResult* result = message.mutable_result();
