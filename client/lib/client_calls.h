@@ -8,6 +8,7 @@
 
 #include "client/lib/client.h"
 
+// What Client's own files share: its calls, and how often they are tried.
 namespace relume::client {
 
 inline constexpr double kUnarySeconds = 20;
