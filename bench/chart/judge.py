@@ -48,8 +48,11 @@ def judge(points, truths, allowed):
             if ratio is None:
                 out.append(Verdict(scene, f"{what}, before all others"))
                 continue
-            text, beaten = f"{what}, {ratio:.2f} of {by} after the same time", ratio > allowed
-            out.append(Verdict(scene, text + f": BEATEN, at most {allowed:g} is allowed" * beaten, beaten, by if beaten else None))
+            what += f", {ratio:.2f} of {by} after the same time"
+            if ratio > allowed:
+                out.append(Verdict(scene, f"{what}: BEATEN, at most {allowed:g} is allowed", True, by))
+            else:
+                out.append(Verdict(scene, what))
     return out
 
 

@@ -21,7 +21,7 @@ v1::WorkRequest MakeSceneReady(const std::string& job, std::span<const std::stri
 v1::WorkRequest MakeReport(int credits, std::size_t leases_held);
 v1::WorkRequest MakeLeaseReturn(const std::vector<std::uint64_t>& ids);
 // `transient`: another worker may do better.
-v1::WorkRequest MakeProblem(const std::string& job, const std::string& message, bool transient);
+v1::WorkRequest MakeProblem(const std::string& job, const std::string& text, bool transient);
 v1::WorkRequest MakeLastWords(const Crash& crash);
 // The samples one by one, where the lease asks for them: they go before the result.
 std::vector<v1::WorkRequest> MakeSamples(const HeldLease& lease, const TileResult& result);

@@ -24,11 +24,15 @@ class QuarantineTest : public FarmFixture {
         Restart(options);
     }
 
-    // Waits until `count` workers are here.
+    // Until `count` workers are here, at most ten seconds.
     void WaitForWorkers(std::size_t count) {
-        while (client().Workers().size() < count) {
+        for (int i = 0; i < 1000; ++i) {
+            if (client().Workers().size() >= count) {
+                return;
+            }
             std::this_thread::sleep_for(std::chrono::milliseconds(10));
         }
+        FAIL() << "workers do not come";
     }
     v1::Worker Find(const std::string& name) {
         for (v1::Worker& worker : client().Workers()) {
