@@ -1,7 +1,7 @@
 // The filter that chooses: of its candidates the cheapest whose error is as small as the best's.
 //
 // Candidates, cheapest first: none; bilateral:mode=robust on the features that help it; what the
-// network of `net` makes of that and oidn, of these and nfor, and of these and rd (where oidn's
+// network of `net` makes of that and oidn, of these and rd, and of these and nfor (where oidn's
 // weights are absent without that). Each is tried on a sixteenth of the frame and judged
 // there by held-out samples (trial.h). Features are dropped one after the other: one without which
 // the bilateral filter's error is within one standard error of the least so far. Then the cheapest

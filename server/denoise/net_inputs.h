@@ -16,7 +16,7 @@ inline constexpr struct {
     const char* filter;
 } kNetSlots[] = {{"none", "none"},
                  {"bilateral", "bilateral:mode=robust"},
-                 {"rd", "rd:lights=apart"},
+                 {"rd", "rd:radius=5,lights=apart"},
                  {"nfor", "nfor:lights=apart"},
                  {"oidn", "oidn:lights=apart"}};
 inline constexpr std::size_t kNetSlotCount = std::size(kNetSlots);

@@ -1,10 +1,13 @@
-// Robust denoising by features and colour: Rousselle, Manzi, Zwicker 2013 (methods 2.6). No
-// parameters.
+// Robust denoising by features and colour: Rousselle, Manzi, Zwicker 2013 (methods 2.6).
 //
-// A pixel becomes the weighted mean of its 21x21 window. A neighbour's weight is the least of those
-// by colour (patch distances, nlm_weights.h, k = 0.45) and by each feature (prefiltered,
-// feature_prefilter.h; k = 0.6), so that any of them can keep an edge; the pairwise symmetric trick
-// is on. Three candidates:
+//   radius   of the window, pixels (default 10, the paper's; 1 to 20). The time grows with its
+//            square; with 5 it takes 0.42 of that with 10, and `net` mixes it so: of what it gains
+//            there 9/10 are left (docs/adr/2026-11-27-a-smaller-window.md)
+//
+// A pixel becomes the weighted mean of its window, 21x21 pixels if not told otherwise. A
+// neighbour's weight is the least of those by colour (patch distances, nlm_weights.h, k = 0.45) and
+// by each feature (prefiltered, feature_prefilter.h; k = 0.6), so that any of them can keep an
+// edge; the pairwise symmetric trick is on. Three candidates:
 //   fine     patches of 3x3 pixels, least spread of a feature 1e-3
 //   smooth   patches of 7x7 pixels, 1e-3
 //   features no colour, 1e-4
@@ -33,6 +36,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/base/error.h"
 #include "server/denoise/crop_frame.h"
 #include "server/denoise/nlm_filter.h"
 #include "server/denoise/rd_frame.h"
@@ -42,6 +46,7 @@ namespace relume::denoise {
 namespace {
 
 constexpr double kMostOfMean = 8;  // samples of a pixel in a plan, as nlm
+constexpr int kMostRadius = 20;
 
 // Those planes of a part of a frame that FilterRdFrame reads.
 Frame Crop(const Frame& frame, const TileRect& rect) {
@@ -80,10 +85,12 @@ double SumOf(const Plane& plane, std::size_t first, std::size_t count) {
 
 class Rd final : public Denoiser {
   public:
-    Rd(const NlmKernels& kernels, std::size_t band_pixels)
-        : kernels_(kernels), band_pixels_(band_pixels) {}
+    Rd(const NlmKernels& kernels, std::size_t band_pixels, int radius)
+        : kernels_(kernels), band_pixels_(band_pixels), radius_(radius) {}
 
-    std::string Describe() const override { return "rd"; }
+    std::string Describe() const override {
+        return radius_ == kRdRadius ? "rd" : fmt::format("rd:radius={}", radius_);
+    }
 
     Result Reconstruct(const Frame& frame, const CancelToken& cancel) const override {
         const RdFeaturePlanes features =
@@ -99,13 +106,13 @@ class Rd final : public Denoiser {
             std::max(1, static_cast<int>(band_pixels_ / std::max<std::size_t>(width, 1)));
         for (int from = 0; from < frame.height; from += rows) {
             const int to = std::min(from + rows, frame.height);
-            const int begin = std::max(from - kRdReach, 0);
-            const int end = std::min(to + kRdReach, frame.height);
+            const int begin = std::max(from - RdReach(radius_), 0);
+            const int end = std::min(to + RdReach(radius_), frame.height);
             const TileRect rect = {0, begin, frame.width, end};
             const bool whole = end - begin == frame.height;
             const RdFrame band =
-                whole ? FilterRdFrame(frame, features, kernels_, cancel)
-                      : FilterRdFrame(Crop(frame, rect), Crop(features, frame.width, rect),
+                whole ? FilterRdFrame(frame, features, radius_, kernels_, cancel)
+                      : FilterRdFrame(Crop(frame, rect), Crop(features, frame.width, rect), radius_,
                                       kernels_, cancel);
             const std::size_t skipped = static_cast<std::size_t>(from - begin) * width;
             const std::size_t count = static_cast<std::size_t>(to - from) * width;
@@ -138,9 +145,9 @@ class Rd final : public Denoiser {
         const NlmGuide guide = ColorGuide(frame);
         Plane count = frame.count;
         count.resize(frame.pixel_count(), 1.0f);
-        const RdScene scene{guide,     features,
-                            kRdRadius, true,
-                            false,     {&frame.color[0], &frame.color[1], &frame.color[2], &count}};
+        const RdScene scene{guide,   features,
+                            radius_, true,
+                            false,   {&frame.color[0], &frame.color[1], &frame.color[2], &count}};
         const RdFiltered fine =
             std::move(ApplyRdFilters(scene, {&kRdCandidateFilters[kFine], 1}, cancel, kernels_)[0]);
         Plane error(frame.pixel_count()), smooth;
@@ -158,14 +165,22 @@ class Rd final : public Denoiser {
   private:
     const NlmKernels& kernels_;
     std::size_t band_pixels_;
+    int radius_;
 };
 
 }  // namespace
 
-std::unique_ptr<Denoiser> MakeRd(const NlmKernels& kernels, std::size_t band_pixels) {
-    return std::make_unique<Rd>(kernels, band_pixels);
+std::unique_ptr<Denoiser> MakeRd(const NlmKernels& kernels, std::size_t band_pixels, int radius) {
+    return std::make_unique<Rd>(kernels, band_pixels, radius);
 }
 
-std::unique_ptr<Denoiser> MakeRd(const ParamSet&) { return MakeRd(BestNlmKernels()); }
+std::unique_ptr<Denoiser> MakeRd(const ParamSet& params) {
+    const int radius = params.GetInt("radius", kRdRadius);
+    if (radius < 1 || radius > kMostRadius) {
+        ThrowInvalidArgument(
+            fmt::format("filter 'rd': radius={} must be 1 to {}", radius, kMostRadius));
+    }
+    return MakeRd(BestNlmKernels(), kBandPixels, radius);
+}
 
 }  // namespace relume::denoise

@@ -30,12 +30,12 @@ void HalfDifference(const Frame& frame, Plane (&out)[3]) {
 
 using Candidates = std::vector<RdFiltered>;
 
-Candidates MakeCandidates(const Frame& frame, const RdFeaturePlanes& features,
+Candidates MakeCandidates(const Frame& frame, const RdFeaturePlanes& features, int radius,
                           const NlmKernels& kernels, const CancelToken& cancel) {
     const NlmGuide guide = ColorGuide(frame);
     RdScene scene{guide,
                   features,
-                  kRdRadius,
+                  radius,
                   true,
                   !frame.has_halves(),
                   {&frame.color[0], &frame.color[1], &frame.color[2]}};
@@ -117,12 +117,12 @@ Blended Blend(const Frame& frame, const Candidates& candidates, const std::vecto
 
 }  // namespace
 
-RdFrame FilterRdFrame(const Frame& frame, const RdFeaturePlanes& features,
+RdFrame FilterRdFrame(const Frame& frame, const RdFeaturePlanes& features, int radius,
                       const NlmKernels& kernels, const CancelToken& cancel) {
     RdFrame out;
     Blended blended;
     {
-        const Candidates candidates = MakeCandidates(frame, features, kernels, cancel);
+        const Candidates candidates = MakeCandidates(frame, features, radius, kernels, cancel);
         std::vector<Plane> error;
         out.share = ChooseCandidates(frame, candidates, kernels, cancel, &error);
         blended = Blend(frame, candidates, out.share, error);

@@ -12,7 +12,7 @@ namespace relume::denoise {
 
 // The constants of rd.cpp, and all of it but features and planner.
 
-inline constexpr int kRdRadius = 10;  // pixels, of the candidates' windows
+inline constexpr int kRdRadius = 10;  // pixels, of the candidates' windows, if not told
 enum RdCandidate { kFine, kSmooth, kFeatures, kRdCandidates };
 inline constexpr RdFilter kRdCandidateFilters[kRdCandidates] = {
     {NlmOptions{.patch = 1}, 1e-3f}, {NlmOptions{.patch = 3}, 1e-3f}, {std::nullopt, 1e-4f}};
@@ -29,10 +29,10 @@ struct RdFrame {
     std::vector<Plane> share;  // of each candidate, 1 in all
 };
 
-// A pixel sees no further than this in frame and features.
-inline constexpr int kRdReach = (10 + 3) + 1 + 5 + 1 + (5 + 3);
+// With candidates of that radius a pixel sees no further than this in frame and features.
+inline constexpr int RdReach(int radius) { return (radius + 3) + 1 + 5 + 1 + (5 + 3); }
 
-RdFrame FilterRdFrame(const Frame& frame, const RdFeaturePlanes& features,
+RdFrame FilterRdFrame(const Frame& frame, const RdFeaturePlanes& features, int radius,
                       const NlmKernels& kernels, const CancelToken& cancel);
 
 }  // namespace relume::denoise

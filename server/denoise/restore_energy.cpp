@@ -14,8 +14,9 @@
 namespace relume::denoise {
 namespace {
 
-constexpr double kMost = 0.1;         // of the image's light
-constexpr double kMostOfPixel = 0.2;  // of a pixel's
+constexpr double kMost = 0.15;         // of the image's light
+constexpr double kMostByPixel = 0.03;  // of it, that one pixel's difference counts
+constexpr double kMostOfPixel = 0.2;   // of a pixel's light
 
 bool IsFinite(const Result& result, std::size_t i) {
     return std::isfinite(result.color[0][i]) && std::isfinite(result.color[1][i]) &&
@@ -67,26 +68,22 @@ class Restored final : public WrappedDenoiser {
         Result result = inner().Reconstruct(frame, cancel);
         std::vector<unsigned char> left_out = FindSeenLights(frame);
         left_out.resize(frame.pixel_count(), 0);
-        double filtered = 0, lost = 0, variance = 0;
+        double filtered = 0, lost = 0;
         for (std::size_t i = 0; i < frame.pixel_count(); ++i) {
-            double noise = 0, light = 0;
-            for (std::size_t c = 0; c < 3; ++c) {
-                noise += frame.variance[c][i];
-                light += frame.color[c][i];
-            }
-            if (!IsFinite(result, i) || !std::isfinite(noise)) {
+            if (!IsFinite(result, i)) {
                 left_out[i] = 1;
             }
+            filtered += left_out[i] == 0 ? LightOf(result, i) : 0.0;
+        }
+        for (std::size_t i = 0; i < frame.pixel_count(); ++i) {
             if (left_out[i] == 0) {
-                filtered += LightOf(result, i);
-                lost += light - LightOf(result, i);
-                variance += noise;
+                const double light =
+                    static_cast<double>(frame.color[0][i]) + frame.color[1][i] + frame.color[2][i];
+                lost += std::clamp(light - LightOf(result, i), -kMostByPixel * filtered,
+                                   kMostByPixel * filtered);
             }
         }
-        // Channels of a sample go together: 3 V is the variance of their sum.
-        variance *= 3;
-        const double sure = lost != 0 ? std::max(0.0, 1 - variance / (lost * lost)) : 0.0;
-        const double share = filtered > 0 ? std::clamp(sure * lost / filtered, -kMost, kMost) : 0.0;
+        const double share = filtered > 0 ? std::clamp(lost / filtered, -kMost, kMost) : 0.0;
         if (share != 0) {
             const double slope = SlopeThatGives(std::abs(share) * filtered, result, left_out);
             ForEachPixel(frame.pixel_count(), [&](std::size_t i) {

@@ -44,9 +44,9 @@ double SamplesFor(double gain, const Sampling& sampling) {
 
 std::array<Gain, 3> ExpectedGains(bool has_oidn, double bilateral_over_none) {
     if (has_oidn) {
-        return {{{kOidnSlot, OidnGain(bilateral_over_none)}, {kNforSlot, 0.91}, {kRdSlot, 0.94}}};
+        return {{{kOidnSlot, OidnGain(bilateral_over_none)}, {kRdSlot, 0.93}, {kNforSlot, 0.96}}};
     }
-    return {{{kNforSlot, 0.8}, {kRdSlot, 0.81}, {kOidnSlot, 1}}};
+    return {{{kRdSlot, 0.82}, {kNforSlot, 0.88}, {kOidnSlot, 1}}};
 }
 
 }  // namespace relume::denoise

@@ -12,7 +12,7 @@ namespace relume::denoise {
 //
 // Costs are in times of the bilateral filter on the same pixels (bench/filters): 0.73 s a megapixel
 // on two cores.
-inline constexpr std::array<double, kNetSlotCount> kFilterCost = {0, 1, 5.8, 4, 0.65};
+inline constexpr std::array<double, kNetSlotCount> kFilterCost = {0, 1, 2.4, 4, 0.65};
 inline constexpr double kPrefilterCost = 1.1;  // of oidn's features
 // Of the network that mixes, of an image of so many pixels: small ones take longer.
 double MixCost(std::size_t pixels);

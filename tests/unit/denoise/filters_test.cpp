@@ -128,6 +128,7 @@ int HaloOf(std::string_view filter) {
         // over 5, both by patches of 3, the residual variance blurred over 1, and a second window
         // is 5 by patches of 3.
         {"rd", 10 + 5 + 3 + 1 + 1 + 10 + 1 + 5 + 1 + 5 + 3},
+        {"rd:radius=5", 10 + 5 + 3 + 1 + 1 + 5 + 1 + 5 + 1 + 5 + 3},
         // Window 16, smoothed over 16; the gradient is that of an image filtered over 2, whose
         // variance it sees, too.
         {"sbf", 16 + 16},
@@ -217,7 +218,7 @@ INSTANTIATE_TEST_SUITE_P(Filters, EveryFilter,
                          testing::Values("none", "bilateral:mode=robust",
                                          "bilateral:mode=corrected", "bilateral:mode=printed",
                                          "bilateral:mode=printed,taylor=0", "blend", "gem", "kpcn",
-                                         "net:mode=printed", "nfor", "nlm", "rd",
+                                         "net:mode=printed", "nfor", "nlm", "rd", "rd:radius=5",
                                          "rpf:neighbours=64", "sbf", "sbf-gradient", "wlr"),
                          [](const auto& param) {
                              std::string name = param.param;

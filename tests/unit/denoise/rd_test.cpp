@@ -1,12 +1,14 @@
 // Robust denoising: what is its own beside what every filter owes (filters_test.cpp).
 #include "server/denoise/rd.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
+#include "core/base/error.h"
 #include "server/denoise/rd_filter.h"
 #include "tests/unit/denoise/authors_rows.h"
 #include "tests/unit/denoise/reference_nlm.h"
@@ -269,6 +271,29 @@ TEST(Rd, BandsDoNotShow) {
         }
         EXPECT_EQ(*bands.error, *whole.error);
         EXPECT_EQ(bands.notes, whole.notes);
+    }
+}
+
+TEST(Rd, AnyRadius) {
+    const Truth truth{90, 130};
+    const Frame frame = FrameFromFilm(MakeFilm(truth, 4, 10));
+    const Result usual = MakeDenoiser("rd")->Reconstruct(frame, {});
+    EXPECT_EQ(MakeDenoiser("rd:radius=10")->Describe(), "rd");
+    EXPECT_EQ(MakeDenoiser("rd:radius=10")->Reconstruct(frame, {}).color[0], usual.color[0]);
+    double last = MrSE(truth, frame.color, 0, 90);
+    for (const int radius : {1, 3, 20}) {
+        const std::string name = fmt::format("rd:radius={}", radius);
+        EXPECT_EQ(MakeDenoiser(name)->Describe(), name);
+        const Result whole = MakeDenoiser(name)->Reconstruct(frame, {});
+        const Result bands =
+            MakeRd(BestNlmKernels(), 90u * 7, radius)->Reconstruct(frame, CancelToken());
+        EXPECT_EQ(bands.color[1], whole.color[1]) << radius;
+        const double error = MrSE(truth, whole.color, 0, 90);
+        EXPECT_LT(error, last) << radius;
+        last = error;
+    }
+    for (const char* wrong : {"rd:radius=0", "rd:radius=21", "rd:radius=-3"}) {
+        EXPECT_THROW((void)MakeDenoiser(wrong), Error) << wrong;
     }
 }
 
