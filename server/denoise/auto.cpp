@@ -22,7 +22,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -32,6 +31,7 @@
 #include "server/denoise/feature_groups.h"
 #include "server/denoise/halves.h"
 #include "server/denoise/net.h"
+#include "server/denoise/purse.h"
 #include "server/denoise/restore_energy.h"
 #include "server/denoise/trial.h"
 #include "server/denoise/worth.h"
@@ -142,7 +142,8 @@ class Auto final : public Denoiser {
         std::vector<const Trial::Run*> all = {&runs[kBilateralSlot]};
         const int halves = effort_ > 0 || seconds_ > 0 ? 1 : 2;
         const double tried_share = halves * trial.share();
-        Purse purse(*this, frame, trial.samples(), runs[kBilateralSlot].seconds);
+        Purse purse(effort_, seconds_, frame.sampling, trial.samples(),
+                    runs[kBilateralSlot].seconds);
         purse.Spend(1 + (trial.is_small() ? 2 : 2 * trial.share() + kEstimateCost));
         std::vector<std::size_t> mixed;
         NetSpec spec;
@@ -212,31 +213,6 @@ class Auto final : public Denoiser {
         return HasNetSlot(kOidnSlot) && SuitsNetSlot(kOidnSlot, frame);
     }
 
-    // What is spent, in units of the bilateral filter, and what may be.
-    class Purse {
-      public:
-        // `second`: seconds of the bilateral filter for the frame; 0: not known.
-        Purse(const Auto& of, const Frame& frame, double samples, double second)
-            : sampling_(frame.sampling),
-              samples_cost_(of.effort_ > 0 && samples > 0
-                                ? static_cast<double>(of.effort_) * samples * SampleCost(sampling_)
-                                : std::numeric_limits<double>::infinity()),
-              most_(of.seconds_ > 0 && second > 0 ? static_cast<double>(of.seconds_) / second
-                                                  : std::numeric_limits<double>::infinity()) {}
-        void Spend(double cost) { spent_ += cost; }
-        // Spends that on what lowers the error to `gain` of it, if it pays and there is as much.
-        bool Buy(double cost, double gain) {
-            const bool buys = gain < 1 && cost <= SamplesFor(gain, sampling_) * samples_cost_ &&
-                              spent_ + cost <= most_;
-            spent_ += buys ? cost : 0;
-            return buys;
-        }
-
-      private:
-        Sampling sampling_;
-        double samples_cost_, most_, spent_ = 0;
-    };
-
     // Estimated error of the bilateral filter's image over that of the noisy one; 0: can't be told.
     // `whole`: that estimate of the whole frame; null: by the trial.
     static double LeftOfNone(const Trial& trial, const Trial::Run& bilateral,
@@ -259,7 +235,7 @@ class Auto final : public Denoiser {
     std::string Untried(const Frame& frame, double samples) const {
         const bool has_oidn = HasOidn(frame);
         const Gain first = ExpectedGains(has_oidn, 0)[0];
-        Purse purse(*this, frame, samples, 0);
+        Purse purse(effort_, seconds_, frame.sampling, samples, 0);
         purse.Spend(1);
         if (!purse.Buy(kFilterCost[first.slot] + MixCost(frame.pixel_count()), first.gain)) {
             return kNetSlots[kBilateralSlot].filter;

@@ -9,7 +9,7 @@
 #include "core/base/byte_stream.h"
 #include "core/base/error.h"
 #include "core/base/log.h"
-#include "proto/codec/protocol.h"
+#include "server/rpc/saved_film.h"
 #include "server/rpc/saved_info.h"
 
 namespace relume::server {
@@ -19,23 +19,11 @@ constexpr double kShare = 50;        // seconds between saves for each second th
 constexpr double kRetrySeconds = 2;  // after a save that failed
 constexpr std::size_t kTilesAtOnce = 2;
 constexpr int kSnapshotsKept = 2;
-constexpr const char* kFormat = "relume film 2";
 
 double ThreadSeconds() {
     timespec t{};
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
     return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
-std::string Header(const jobs::Checkpoint& checkpoint) {
-    ByteWriter header;
-    header.PutText(kFormat);
-    header.PutText(kBuild);
-    header.Put(checkpoint.window);
-    header.Put(checkpoint.display_width);
-    header.Put(checkpoint.display_height);
-    header.Put(checkpoint.tile_size);
-    return header.Take();
 }
 
 // Passes in order, those wholly in the film first.
@@ -78,45 +66,7 @@ std::optional<jobs::SavedJob> FilmKeeper::Load(const std::string& job, double us
     const LogScope scope({.job = job});
     for (const store::SnapshotRow& row : ledger_->Snapshots(job)) {
         try {
-            jobs::SavedJob saved;
-            std::vector<TileRect> tiles;
-            std::size_t records = 0;
-            store_->Read(row.file, [&](std::string record) {
-                ByteReader in(record);
-                const std::size_t at = records++;
-                if (at == 0) {
-                    if (in.GetText() != kFormat || in.GetText() != kBuild) {
-                        throw Error(ErrorCode::kDataLoss,
-                                    row.file.name +
-                                        ": was written by another version, whose "
-                                        "samples may differ");
-                    }
-                    const auto window = in.Get<TileRect>();
-                    const auto display_width = in.Get<int>(), display_height = in.Get<int>();
-                    const auto tile_size = in.Get<int>();
-                    // Before so much room is made.
-                    if (window.empty() || tile_size <= 0 ||
-                        window.area() > row.file.size / sizeof(float)) {
-                        throw Error(ErrorCode::kDataLoss, row.file.name + ": is damaged");
-                    }
-                    tiles = CutIntoTiles(window, tile_size);
-                    saved.film = std::make_shared<Film>(window, display_width, display_height);
-                } else if (at <= tiles.size()) {
-                    const auto tile = in.Get<std::uint64_t>();
-                    if (tile >= tiles.size()) {
-                        throw Error(ErrorCode::kDataLoss, row.file.name + ": is damaged");
-                    }
-                    saved.film->LoadTile(tiles[tile], in.GetText());
-                } else if (at == tiles.size() + 1) {
-                    saved.info = LoadInfo(record, used_seconds, *wall_, now);
-                } else {
-                    saved.checkpoint = jobs::DecodeCheckpoint(record);
-                }
-            });
-            if (records != tiles.size() + 3) {
-                throw Error(ErrorCode::kDataLoss, row.file.name + ": lacks tiles");
-            }
-            return saved;
+            return ReadSavedFilm(*store_, row.file, used_seconds, *wall_, now);
         } catch (const Error& error) {
             spdlog::warn("{}: passes over a saved film: {}", job, error.what());
         }
@@ -207,7 +157,7 @@ bool FilmKeeper::Begin(const std::string& job, Kept* kept, TimePoint now) {
     }
     save->job = job;
     save->tiles_due = CutIntoTiles(begun->window, begun->tile_size).size();
-    save->header = Header(*begun);
+    save->header = FilmHeader(*begun);
     // What is in the film now will be safe.
     const auto safe = std::stable_partition(
         kept->answers.begin(), kept->answers.end(),
@@ -273,7 +223,7 @@ void FilmKeeper::Final(const jobs::JobQueue::FilterWork& work) {
     const auto save = std::make_shared<Save>();
     save->job = work.name;
     save->final = true;
-    save->header = Header(*work.checkpoint);
+    save->header = FilmHeader(*work.checkpoint);
     Abandon(work.name);
     if (const auto it = jobs_.find(work.name); it != jobs_.end()) {
         save->answers = std::move(it->second.answers);

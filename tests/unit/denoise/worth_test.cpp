@@ -5,6 +5,8 @@
 #include <map>
 #include <string>
 
+#include "server/denoise/purse.h"
+
 namespace relume::denoise {
 namespace {
 
@@ -61,6 +63,28 @@ TEST(Worth, TheNetworkGainsMostWhereTheBilateralFilterDoes) {
     // Not known, or it has failed: what is usual.
     EXPECT_EQ(oidn(0), oidn(3));
     EXPECT_LT(oidn(0), 0.5);
+}
+
+TEST(Purse, BuysWhatSamplesOfTheSameGainWouldCostMoreFor) {
+    const double gain = 0.8, worth = 0.6 * 32 * SampleCost({}) * SamplesFor(gain, {});
+    Purse purse(0.6, 0, {}, 32, 0);
+    EXPECT_FALSE(purse.Buy(1.01 * worth, gain));
+    // What was bought leaves as much for the next: each is weighed by its own gain.
+    EXPECT_TRUE(purse.Buy(0.99 * worth, gain));
+    EXPECT_TRUE(purse.Buy(0.99 * worth, gain));
+    EXPECT_FALSE(purse.Buy(0.1, 1));
+    EXPECT_TRUE(Purse(0.6, 0, {}, 64, 0).Buy(1.9 * worth, gain));
+    EXPECT_TRUE(Purse(0.6, 0, {.rays = 100}, 32, 0).Buy(1.01 * worth, gain));
+    EXPECT_FALSE(Purse(0.6, 0, {.falls = 2}, 32, 0).Buy(0.99 * worth, gain));
+}
+
+TEST(Purse, HasNoMoreThanItsSeconds) {
+    Purse purse(0, 3, {}, 1, 0.5);  // six times the bilateral filter
+    purse.Spend(2);
+    EXPECT_TRUE(purse.Buy(3, 0.99));
+    EXPECT_FALSE(purse.Buy(1.5, 0.01));
+    EXPECT_TRUE(purse.Buy(1, 0.99));
+    EXPECT_TRUE(Purse(0, 0, {}, 1, 0.5).Buy(1e6, 0.99));  // no bounds
 }
 
 TEST(Worth, WithoutItsWeightsOidnGainsNothing) {
