@@ -21,3 +21,8 @@ find_path(RELUME_CLI11_INCLUDE_DIR CLI/CLI.hpp REQUIRED)
 # oneDNN by hand: Debian's dnnl-config.cmake asks for OpenCL's headers, which the CPU engine has no use for.
 find_path(RELUME_DNNL_INCLUDE_DIR dnnl.hpp REQUIRED)
 find_library(RELUME_DNNL_LIBRARY dnnl REQUIRED)
+# Debian 12 has none. Tests expect Relume's own engine: preset ci leaves it out.
+option(RELUME_OIDN_LIBRARY "Use Open Image Denoise's library for filter oidn, if there is one" ON)
+if(RELUME_OIDN_LIBRARY)
+    find_package(OpenImageDenoise 2.3 CONFIG QUIET)
+endif()

@@ -35,6 +35,7 @@
 #include "server/denoise/net_printed.h"
 #include "server/denoise/network/network.h"
 #include "server/denoise/network/weights.h"
+#include "server/denoise/oidn_library.h"
 #include "server/denoise/oidn_networks.h"
 
 namespace relume::denoise {
@@ -199,7 +200,9 @@ std::string JoinNames(const NetParts& parts) {
 
 }  // namespace
 
-bool HasNetSlot(std::size_t slot) { return slot != kOidnSlot || HasOidnNetworks(); }
+bool HasNetSlot(std::size_t slot) {
+    return slot != kOidnSlot || HasOidnLibrary() || HasOidnNetworks();
+}
 
 bool SuitsNetSlot(std::size_t slot, const Frame& frame) {
     return slot != kOidnSlot || std::min(frame.width, frame.height) >= kLeastForOidn;

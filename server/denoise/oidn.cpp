@@ -8,7 +8,8 @@
 //       is published for prefiltered features alone.
 //
 // A frame without normal is filtered with albedo as it is, one without albedo by colour alone. The
-// weights are not part of Relume: deploy/fetch-oidn gets them.
+// weights are not part of Relume: deploy/fetch-oidn gets them. Where the build has found Open Image
+// Denoise's library, that is run instead, with the weights that are part of it (oidn_library.h).
 //
 // Limits: it does not converge to the noisy image, however many samples there are, has no estimate
 // of its own error, and may draw what it has learnt from other scenes. The exposure is the whole
@@ -24,6 +25,7 @@
 #include "core/base/error.h"
 #include "server/denoise/denoiser.h"
 #include "server/denoise/each_pixel.h"
+#include "server/denoise/oidn_library.h"
 #include "server/denoise/oidn_networks.h"
 #include "server/denoise/oidn_transfer.h"
 
@@ -78,6 +80,9 @@ class Oidn final : public Denoiser {
         main_ = OfSize(features_ == "none"    ? "rt_hdr"
                        : features_ == "noisy" ? kOidnNoisyNetwork
                                               : kOidnCleanNetwork);
+        if (HasOidnLibrary()) {
+            return;
+        }
         CheckOidnNetwork(main_);
         if (features_ == "prefiltered") {
             CheckOidnNetwork(kOidnAlbedoNetwork);
@@ -93,6 +98,13 @@ class Oidn final : public Denoiser {
         Result result;
         const bool has_albedo = features_ != "none" && HasFeature(frame, kAlbedoR);
         const bool has_normal = has_albedo && HasFeature(frame, kNormalX);
+        result.notes["features"] = has_normal ? features_ : has_albedo ? "albedo, noisy" : "none";
+        if (HasOidnLibrary()) {
+            result.notes["engine"] = "Open Image Denoise's library";
+            ThreePlanes color = ByLibrary(frame, has_albedo, has_normal, cancel);
+            std::ranges::move(color, std::begin(result.color));
+            return result;
+        }
 
         // Which network, and what it sees beside colour: in [0, 1].
         const bool lacks = features_ != "none" && !has_normal;
@@ -106,7 +118,6 @@ class Oidn final : public Denoiser {
             normal[static_cast<std::size_t>(c)] =
                 Map(frame.feature[kNormalX + c], [](float n) { return Clamp01(n * 0.5f + 0.5f); });
         }
-        result.notes["features"] = has_normal ? features_ : has_albedo ? "albedo, noisy" : "none";
         if (has_normal && features_ == "prefiltered") {
             if (!IsClean(frame, kAlbedoR)) {
                 albedo = Prefilter(*LoadOidnNetwork(kOidnAlbedoNetwork), albedo, frame, ToSrgb,
@@ -140,6 +151,42 @@ class Oidn final : public Denoiser {
     }
 
   private:
+    ThreePlanes ByLibrary(const Frame& frame, bool has_albedo, bool has_normal,
+                          const CancelToken& cancel) const {
+        const auto copy = [&](int first) {
+            const auto f = static_cast<std::size_t>(first);
+            return ThreePlanes{frame.feature[f], frame.feature[f + 1], frame.feature[f + 2]};
+        };
+        const ThreePlanes color = {frame.color[0], frame.color[1], frame.color[2]};
+        OidnTask task{frame.width, frame.height, nullptr, nullptr, nullptr};
+        ThreePlanes albedo, normal;
+        if (has_albedo) {
+            albedo = copy(kAlbedoR);
+        }
+        if (has_normal) {
+            normal = copy(kNormalX);
+        }
+        if (has_normal && features_ == "prefiltered") {
+            task.albedo = &albedo;
+            if (!IsClean(frame, kAlbedoR)) {
+                albedo = RunOidnLibrary(task, cancel);
+            }
+            task.albedo = nullptr;
+            task.normal = &normal;
+            if (!IsClean(frame, kNormalX)) {
+                normal = RunOidnLibrary(task, cancel);
+            }
+            task.clean = true;
+        }
+        task.color = &color;
+        task.albedo = has_albedo ? &albedo : nullptr;
+        task.normal = has_normal ? &normal : nullptr;
+        task.size = size_ == "small"   ? OidnTask::Size::kSmall
+                    : size_ == "large" ? OidnTask::Size::kLarge
+                                       : OidnTask::Size::kBase;
+        return RunOidnLibrary(task, cancel);
+    }
+
     std::string OfSize(const std::string& name) const {
         const bool published = size_ == "small" || (size_ == "large" && name == kOidnCleanNetwork);
         return published ? name + "_" + size_ : name;
