@@ -117,7 +117,7 @@ class Auto final : public Denoiser {
     std::optional<Choice> Choose(const Frame& frame, const CancelToken& cancel) const override {
         Choice choice;
         if (!frame.has_halves() || frame.pixel_count() == 0) {
-            choice.denoiser = MakeDenoiser(kNetSlots[kBilateralSlot].filter);
+            choice.denoiser = RestoreEnergy(MakeDenoiser(kNetSlots[kBilateralSlot].filter));
             choice.reason = "the image has no halves to judge filters by";
             return choice;
         }

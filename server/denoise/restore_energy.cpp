@@ -76,7 +76,7 @@ class Restored final : public WrappedDenoiser {
             filtered += left_out[i] == 0 ? LightOf(result, i) : 0.0;
         }
         for (std::size_t i = 0; i < frame.pixel_count(); ++i) {
-            if (left_out[i] == 0) {
+            if (IsFinite(result, i)) {
                 const double light =
                     static_cast<double>(frame.color[0][i]) + frame.color[1][i] + frame.color[2][i];
                 lost += std::clamp(light - LightOf(result, i), -kMostByPixel * filtered,

@@ -14,8 +14,8 @@ namespace relume::denoise {
 // 3 % of the image's light, lest a firefly brightens all, and all together 15 %. A pixel gets of it
 // in proportion to its light's square: of all ways to change the sum that is the one of the least
 // squared relative change; and at most a fifth of its own. The notes say how much. Lights that the
-// camera sees (seen_lights.h) are left out and as they are: few pixels of them would decide for
-// all. For whole frames: any pixel moves all.
+// camera sees (seen_lights.h) get nothing of it: they are as bright as they were sampled. For whole
+// frames: any pixel moves all.
 std::unique_ptr<Denoiser> RestoreEnergy(std::unique_ptr<Denoiser> denoiser);
 
 }  // namespace relume::denoise

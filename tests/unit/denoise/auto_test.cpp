@@ -129,7 +129,7 @@ TEST(Auto, DropsAFeatureThatSaysNothingAndKeepsOneThatDoes) {
 TEST(Auto, AnImageWithoutHalvesGetsTheBilateralFilter) {
     const Frame frame = HalfFrame(FrameFromFilm(MakeFilm({40, 30}, 8, 3)), 0);
     const auto choice = MakeDenoiser("auto")->Choose(frame, CancelToken());
-    EXPECT_EQ(choice->denoiser->Describe(), kRobust);
+    EXPECT_EQ(choice->denoiser->Describe(), std::string(kRobust) + ",energy=restore");
     EXPECT_THAT(choice->reason, HasSubstr("no halves"));
     EXPECT_TRUE(choice->candidates.empty());
 }
