@@ -24,8 +24,8 @@ struct OidnTask {
     Size size = Size::kBase;
 };
 
-// Throws kCancelled soon after `cancel` is set, and kInternal with what the library says if it
-// fails.
+// Throws kCancelled soon after `cancel` is set; with what the library says, if it fails,
+// kResourceExhausted where it lacks memory, else kInternal.
 std::array<Plane, 3> RunOidnLibrary(const OidnTask& task, const CancelToken& cancel);
 
 }  // namespace relume::denoise

@@ -180,7 +180,7 @@ std::unique_ptr<Denoiser> MakeRd(const ParamSet& params) {
         ThrowInvalidArgument(
             fmt::format("filter 'rd': radius={} must be 1 to {}", radius, kMostRadius));
     }
-    return MakeRd(BestNlmKernels(), kBandPixels, radius);
+    return MakeRd(BestNlmKernels(), kRdBandPixels, radius);
 }
 
 }  // namespace relume::denoise

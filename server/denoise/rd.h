@@ -8,12 +8,12 @@
 
 namespace relume::denoise {
 
-inline constexpr std::size_t kBandPixels = 1 << 22;
+inline constexpr std::size_t kRdBandPixels = 1 << 22;
 
 // The filter of rd.cpp; the kernels may be any that this processor has, and the frame may be
-// filtered in bands of any size (pixels, about; each has some 30 rows of its neighbours with it,
-// and takes 200 bytes a pixel): the bits are the same.
-std::unique_ptr<Denoiser> MakeRd(const NlmKernels& kernels, std::size_t band_pixels = kBandPixels,
+// filtered in bands of any size (pixels, about; each has RdReach(radius) rows of its neighbours
+// with it, and takes 200 bytes a pixel): the bits are the same.
+std::unique_ptr<Denoiser> MakeRd(const NlmKernels& kernels, std::size_t band_pixels = kRdBandPixels,
                                  int radius = kRdRadius);
 
 }  // namespace relume::denoise

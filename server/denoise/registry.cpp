@@ -91,7 +91,9 @@ constexpr struct {
      "first-order regression on the features with weights of non-local means, each half of the\n"
      "             samples judged by the other; Bitterli et al. 2016\n"},
     {"oidn", MakeOidn,
-     "Open Image Denoise's published networks; their weights: deploy/fetch-oidn; Afra 2025\n"
+     "Open Image Denoise's published networks; their weights: deploy/fetch-oidn, but where the "
+     "build\n"
+     "             has its library, which is run then; Afra 2025\n"
      "    features=prefiltered  albedo and normal through networks of their own first; or noisy: "
      "as "
      "they are;\n"
