@@ -31,6 +31,7 @@
 #include "server/denoise/feature_groups.h"
 #include "server/denoise/halves.h"
 #include "server/denoise/net.h"
+#include "server/denoise/noisy_part.h"
 #include "server/denoise/purse.h"
 #include "server/denoise/restore_energy.h"
 #include "server/denoise/trial.h"
@@ -287,7 +288,7 @@ std::unique_ptr<Denoiser> MakeAuto(const ParamSet& params) {
             ThrowInvalidArgument(fmt::format("filter 'auto': {}={} must be 0 to 1e9", name, value));
         }
     }
-    return std::make_unique<Auto>(effort, seconds);
+    return OnNoisyPart(std::make_unique<Auto>(effort, seconds), "");
 }
 
 }  // namespace relume::denoise

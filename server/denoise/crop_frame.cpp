@@ -47,6 +47,7 @@ Frame CropFrame(const Frame& frame, const TileRect& rect) {
             out.feature_half[h][f] = crop(frame.feature_half[h][f]);
         }
     }
+    out.sampling = frame.sampling;
     out.flagged = Crop(frame.flagged, frame.width, rect);
     return out;
 }

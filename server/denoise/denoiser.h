@@ -66,6 +66,9 @@ class Denoiser {
         return std::nullopt;
     }
     virtual Result Reconstruct(const Frame& frame, const CancelToken& cancel) const = 0;
+    // Of a filter that leaves the quiet part of a frame as it is (noisy_part.h): what filters the
+    // rest. Null: any other.
+    virtual const Denoiser* OfNoisyPart() const { return nullptr; }
     // Where the method's own planner would put `samples` more, given those in the frame: expected
     // counts a pixel, row-major, `samples` in all. Empty: it has none. A pure function of the
     // frame.

@@ -9,6 +9,7 @@
 #include "core/image/metrics.h"
 #include "server/denoise/crop_frame.h"
 #include "server/denoise/frame_parts.h"
+#include "server/denoise/noisy_part.h"
 #include "server/denoise/planes.h"
 #include "server/denoise/seen_lights.h"
 #include "server/denoise/yardstick.h"
@@ -168,6 +169,14 @@ std::optional<ErrorEstimate> EstimateByHalves(const Denoiser& denoiser, const Fr
                                               const CancelToken& cancel) {
     if (!frame.has_halves() || denoiser.GetNeeds().halves) {
         return std::nullopt;
+    }
+    if (const Denoiser* const inner = denoiser.OfNoisyPart()) {
+        const TileRect rect = FindNoisyPart(frame);
+        if (IsWhole(rect, frame)) {
+            return EstimateByHalves(*inner, frame, cancel);
+        }
+        const auto estimate = EstimateByHalves(*inner, CropFrame(frame, rect), cancel);
+        return estimate ? std::optional(ExpandEstimate(*estimate, rect, frame)) : std::nullopt;
     }
     if (denoiser.GetNeeds().samples) {  // which parts don't have
         return HasForHalves(denoiser, frame)

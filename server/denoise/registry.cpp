@@ -4,6 +4,7 @@
 #include "core/base/param_set.h"
 #include "server/denoise/denoiser.h"
 #include "server/denoise/fireflies.h"
+#include "server/denoise/noisy_part.h"
 #include "server/denoise/on_changed_frame.h"
 #include "server/denoise/restore_energy.h"
 #include "server/denoise/seen_lights.h"
@@ -158,6 +159,15 @@ std::unique_ptr<Denoiser> MakeDenoiser(const std::string& text) {
             if (named.params.GetChoice("energy", "keep", {"keep", "restore"}) == "restore") {
                 denoiser = RestoreEnergy(std::move(denoiser));
             }
+            if (named.params.GetChoice("where", "all", {"all", "noisy"}) == "noisy") {
+                if (denoiser->GetNeeds().samples) {
+                    ThrowInvalidArgument(
+                        fmt::format("filter '{}' looks at samples, which parts of an image don't "
+                                    "have; leave where=noisy out",
+                                    named.name));
+                }
+                denoiser = OnNoisyPart(std::move(denoiser), kWhereNoisy);
+            }
             named.params.RejectUnused("filter '" + named.name + "'");
             return denoiser;
         }
@@ -183,10 +193,12 @@ std::string DescribeDenoisers() {
         "are "
         "taken out\n"
         "                     first, and come back as they were\n"
-        "    energy=keep      keep; or restore: the whole image times a number so that its light "
-        "is "
-        "the\n"
-        "                     samples', as far as they are sure of it\n";
+        "    energy=keep      keep; or restore: bright pixels are made brighter so that the image's "
+        "light is\n"
+        "                     the samples'\n"
+        "    where=all        all; or noisy: a rectangle outside of which is next to no noise, and "
+        "which\n"
+        "                     stays as it is\n";
     return text;
 }
 
