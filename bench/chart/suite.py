@@ -48,7 +48,8 @@ def scene_name(entry):
 
 
 def load(path, shared=SHARED, only=None, spp=None, scale=1):
-    """Reads and checks a suite. `only`: names of scenes; spp: in place of the suite's; scale: of the pictures' sides."""
+    """Reads and checks a suite. `only`: names of scenes; spp: in place of the suite's, and
+    of its default_spp those that are among them, or all if none is; scale: of the pictures' sides."""
     try:
         with open(path, encoding="utf-8") as file:
             told = yaml.safe_load(file)
@@ -81,7 +82,10 @@ def load(path, shared=SHARED, only=None, spp=None, scale=1):
     if not views:
         raise BenchError(f"{path}: none of its scenes is there; --scenes names the folder of the shared ones")
     default = bool(told.get("default", True))
-    spp = spp or as_list(told.get("spp", [8]))
+    given, spp = spp, spp or as_list(told.get("spp", [8]))
+    default_spp = as_list(told.get("default_spp", spp))
+    if given:
+        default_spp = [n for n in default_spp if n in spp] or spp
     methods = {Method(s, f): spp for s in told.get("samplers", []) for f in told.get("filters", [])}
     methods.update({Method(*entry[:2]): entry[2] if len(entry) > 2 else spp for entry in told.get("methods", [])})
     methods = {BASE: spp, **methods}
@@ -92,7 +96,7 @@ def load(path, shared=SHARED, only=None, spp=None, scale=1):
         methods.pop(DEFAULT, None)
     return Suite(
         name=os.path.splitext(os.path.basename(path))[0], title=told.get("title", "Study"), text=told.get("text", ""),
-        views=views, missing=missing, methods=methods, default=default, default_spp=told.get("default_spp", spp), spp=spp,
+        views=views, missing=missing, methods=methods, default=default, default_spp=default_spp, spp=spp,
         targets=as_list(told.get("targets", [])), max_spp=told.get("max_spp", 512),
         stops=[Method(*pair) for pair in told.get("stops", [])] + [DEFAULT] * default, seconds=as_list(told.get("seconds", [])),
         seeds=as_list(told.get("seeds", [1])), reference_spp=told.get("reference_spp", 1024),

@@ -116,6 +116,12 @@ class ResumeTest(unittest.TestCase):
         with self.assertRaisesRegex(BenchError, 'deploy/build'):
             Programs(str(self.folder))
 
+    def test_other_counts_in_place_of_a_suites_are_the_defaults_too(self):
+        self.suite.write_text(SUITE + 'default_spp: [8, 32]\n')
+        self.assertEqual(load(str(self.suite)).default_spp, [8, 32])
+        self.assertEqual(load(str(self.suite), spp=[4, 8, 64]).default_spp, [8])
+        self.assertEqual(load(str(self.suite), spp=[2, 4]).default_spp, [2, 4])
+
     def test_suites_say_what_is_wrong_with_them(self):
         for text, said in (('scenes: [a', 'no YAML'), ('spp: 8', 'mapping with `scenes`'), (SUITE + 'sample: 3', 'no field sample'),
                            (SUITE.replace('errors', 'erors'), 'no section erors'), ('scenes: [nosuch]', 'scene nosuch')):
