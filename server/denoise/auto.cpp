@@ -138,6 +138,7 @@ class Auto final : public Denoiser {
                 std::make_shared<const ErrorEstimate>(JudgeHalves(frame, whole.halves));
         } else {
             runs[kBilateralSlot] = trial.Filter(*bilateral, 2, cancel);
+            choice.base_windows = trial.JudgeWindows(runs[kBilateralSlot]);
         }
         const double left = LeftOfNone(trial, runs[kBilateralSlot], choice.base_error.get());
         std::vector<const Trial::Run*> all = {&runs[kBilateralSlot]};
@@ -145,7 +146,7 @@ class Auto final : public Denoiser {
         const double tried_share = halves * trial.share();
         Purse purse(effort_, seconds_, frame.sampling, trial.samples(),
                     runs[kBilateralSlot].seconds);
-        purse.Spend(1 + (trial.is_small() ? 2 : 2 * trial.share() + kEstimateCost));
+        purse.Spend(1 + (trial.is_small() ? 2 : std::max(2 * trial.share(), kEstimateCost)));
         std::vector<std::size_t> mixed;
         NetSpec spec;
         for (const auto& [k, gain] : ExpectedGains(HasOidn(frame), left)) {

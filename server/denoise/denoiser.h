@@ -9,6 +9,7 @@
 
 #include "core/base/cancel_token.h"
 #include "core/base/param_set.h"
+#include "core/film/tile.h"
 #include "server/denoise/frame.h"
 
 namespace relume::denoise {
@@ -34,6 +35,12 @@ struct Result {
 class Denoiser;
 struct ErrorEstimate;  // error_estimate.h
 
+// Estimated RelMSE in a window of a frame: filtered, and not.
+struct WindowError {
+    TileRect window;
+    double relmse, unfiltered;
+};
+
 // What a method that chooses among others has taken for a frame, and why.
 struct Choice {
     std::shared_ptr<const Denoiser> denoiser;
@@ -50,6 +57,7 @@ struct Choice {
     // the standard error of that.
     std::shared_ptr<const Denoiser> base;             // null: nothing was tried
     std::shared_ptr<const ErrorEstimate> base_error;  // of the frame, if it was tried whole
+    std::vector<WindowError> base_windows;            // of parts of it that were tried
     double over_base = 1, over_base_error = 0;
 };
 

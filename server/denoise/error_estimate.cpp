@@ -8,7 +8,6 @@
 
 #include "core/image/metrics.h"
 #include "server/denoise/crop_frame.h"
-#include "server/denoise/frame_parts.h"
 #include "server/denoise/noisy_part.h"
 #include "server/denoise/planes.h"
 #include "server/denoise/seen_lights.h"
@@ -66,24 +65,25 @@ bool HasForHalves(const Denoiser& denoiser, const Frame& frame) {
     return samples >= denoiser.GetNeeds().min_spp * static_cast<double>(frame.pixel_count());
 }
 
-// By the halves of some windows of a large frame: without a map.
+// By the halves of some windows of a large frame, of which some are known: without a map.
 ErrorEstimate JudgeParts(const Denoiser& denoiser, const Frame& frame,
-                         const std::vector<TileRect>& windows, const CancelToken& cancel) {
+                         const std::vector<TileRect>& windows, std::span<const WindowError> known,
+                         const CancelToken& cancel) {
     ErrorEstimate estimate;
     const auto n = static_cast<double>(windows.size());
     double sum = 0, squares = 0;
     for (const TileRect& window : windows) {
-        const FramePart part = CutPart(frame, window);
-        const ErrorEstimate whole =
-            JudgeHalves(part.frame, FilterHalves(denoiser, part.frame, cancel));
-        const Plane inner = CropPlane(whole.map, part.frame.width, part.inner);
-        double mean = 0;
-        for (const float e : inner) {
-            mean += e / static_cast<double>(inner.size());
+        const auto found = std::ranges::find(known, window, &WindowError::window);
+        WindowError error{};
+        if (found != known.end()) {
+            error = *found;
+        } else {
+            const FramePart part = CutPart(frame, window);
+            error = JudgeWindow(part, window, FilterHalves(denoiser, part.frame, cancel));
         }
-        sum += mean;
-        squares += mean * mean;
-        estimate.unfiltered += whole.unfiltered / n;
+        sum += error.relmse;
+        squares += error.relmse * error.relmse;
+        estimate.unfiltered += error.unfiltered / n;
     }
     const double mean = sum / n;
     estimate.relmse = std::max(0.0, mean);
@@ -165,17 +165,31 @@ ErrorEstimate JudgeHalves(const Frame& frame, const FilteredHalves& halves) {
     return estimate;
 }
 
+WindowError JudgeWindow(const FramePart& part, const TileRect& window,
+                        const FilteredHalves& halves) {
+    const ErrorEstimate whole = JudgeHalves(part.frame, halves);
+    double mean = 0;
+    const Plane inner = CropPlane(whole.map, part.frame.width, part.inner);
+    for (const float e : inner) {
+        mean += e / static_cast<double>(inner.size());
+    }
+    return {window, mean, whole.unfiltered};
+}
+
+std::vector<TileRect> WindowsToJudge(const Frame& frame) { return ChooseWindows(frame, kShare); }
+
 std::optional<ErrorEstimate> EstimateByHalves(const Denoiser& denoiser, const Frame& frame,
-                                              const CancelToken& cancel) {
+                                              const CancelToken& cancel,
+                                              std::span<const WindowError> known) {
     if (!frame.has_halves() || denoiser.GetNeeds().halves) {
         return std::nullopt;
     }
     if (const Denoiser* const inner = denoiser.OfNoisyPart()) {
         const TileRect rect = FindNoisyPart(frame);
         if (IsWhole(rect, frame)) {
-            return EstimateByHalves(*inner, frame, cancel);
+            return EstimateByHalves(*inner, frame, cancel, known);
         }
-        const auto estimate = EstimateByHalves(*inner, CropFrame(frame, rect), cancel);
+        const auto estimate = EstimateByHalves(*inner, CropFrame(frame, rect), cancel, known);
         return estimate ? std::optional(ExpandEstimate(*estimate, rect, frame)) : std::nullopt;
     }
     if (denoiser.GetNeeds().samples) {  // which parts don't have
@@ -183,8 +197,8 @@ std::optional<ErrorEstimate> EstimateByHalves(const Denoiser& denoiser, const Fr
                    ? std::optional(JudgeHalves(frame, FilterHalves(denoiser, frame, cancel)))
                    : std::nullopt;
     }
-    const std::vector<TileRect> windows = ChooseWindows(frame, kShare);
-    return windows.size() > 1 ? JudgeParts(denoiser, frame, windows, cancel)
+    const std::vector<TileRect> windows = WindowsToJudge(frame);
+    return windows.size() > 1 ? JudgeParts(denoiser, frame, windows, known, cancel)
                               : JudgeHalves(frame, FilterHalves(denoiser, frame, cancel));
 }
 
@@ -218,8 +232,9 @@ std::optional<ErrorEstimate> EstimateChosen(const Choice& choice, const Frame& f
     if (!choice.base) {
         return std::nullopt;
     }
-    auto estimate = choice.base_error ? std::optional(*choice.base_error)
-                                      : EstimateByHalves(*choice.base, frame, cancel);
+    auto estimate = choice.base_error
+                        ? std::optional(*choice.base_error)
+                        : EstimateByHalves(*choice.base, frame, cancel, choice.base_windows);
     if (estimate) {
         const double ratio = choice.over_base;
         const double spread = 1.96 * choice.over_base_error * estimate->relmse;

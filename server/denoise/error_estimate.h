@@ -3,11 +3,14 @@
 #include <array>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "core/base/cancel_token.h"
 #include "server/denoise/denoiser.h"
 #include "server/denoise/frame.h"
+#include "server/denoise/frame_parts.h"
 #include "server/denoise/halves.h"
 
 namespace relume::denoise {
@@ -31,17 +34,25 @@ std::array<Plane, 3> FilteredYardstick(const FilteredHalves& halves, int width, 
 ErrorEstimate EstimateNoisy(const Frame& frame);
 
 // Of the filtered one, without filtering the whole: by its halves, each filtered apart (halves.h).
-// Of a large frame a part is filtered so (frame_parts.h), and there is no map.
-// Nothing if the frame has none, or the method can't do with one.
+// Of a large frame a part is filtered so, WindowsToJudge, and there is no map; `known` are those
+// windows of which this was done before. Nothing if the frame has none, or the method can't do with
+// one.
 std::optional<ErrorEstimate> EstimateByHalves(const Denoiser& denoiser, const Frame& frame,
-                                              const CancelToken& cancel);
+                                              const CancelToken& cancel,
+                                              std::span<const WindowError> known = {});
+std::vector<TileRect> WindowsToJudge(const Frame& frame);  // one, the whole, of a small frame
+
+// What counts of one of them, by its halves, which are at hand.
+WindowError JudgeWindow(const FramePart& part, const TileRect& window,
+                        const FilteredHalves& halves);
 
 // Of the filtered one, by its halves, which are at hand.
 ErrorEstimate JudgeHalves(const Frame& frame, const FilteredHalves& halves);
 
 // Of what was chosen, for less than filtering halves by a dear filter: the estimate of
 // `choice.base` on this frame times `over_base` (a ratio estimate: their errors vary together). Its
-// `base_error`, if it has that, must be this frame's. Nothing if nothing was tried.
+// `base_error` and `base_windows`, if it has any, must be this frame's. Nothing if nothing was
+// tried.
 std::optional<ErrorEstimate> EstimateChosen(const Choice& choice, const Frame& frame,
                                             const CancelToken& cancel);
 

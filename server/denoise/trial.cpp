@@ -28,14 +28,30 @@ std::size_t PixelOf(const Trial::Window& window, int x, int y) {
            static_cast<std::size_t>(x);
 }
 
+// Of a large frame some of those that the estimate of its error looks at, which so need not be
+// filtered again.
+std::vector<TileRect> WindowsToTry(const Frame& frame) {
+    const auto pixels = static_cast<double>(frame.pixel_count());
+    const double few = std::clamp(pixels / kPixelsAWindow, 1.0, 8.0);
+    const std::vector<TileRect> all = WindowsToJudge(frame);
+    if (all.size() <= 1) {
+        return ChooseWindows(frame, kShare, few);
+    }
+    const std::size_t count = std::min(all.size(), ChooseWindows(frame, kShare, few).size());
+    std::vector<TileRect> some;
+    for (std::size_t k = 0; k < count; ++k) {
+        some.push_back(all[k * all.size() / count]);
+    }
+    return some;
+}
+
 }  // namespace
 
 Trial::Trial(const Frame& frame) {
     std::size_t part = 0;
-    is_small_ = ChooseWindows(frame, kShare).size() <= 1;
-    const double few = static_cast<double>(frame.pixel_count()) / kPixelsAWindow;
-    for (const TileRect& rect : ChooseWindows(frame, kShare, std::clamp(few, 1.0, 8.0))) {
-        Window window{CutPart(frame, rect), {}, {}, {}};
+    is_small_ = WindowsToJudge(frame).size() <= 1;
+    for (const TileRect& rect : WindowsToTry(frame)) {
+        Window window{CutPart(frame, rect), rect, {}, {}, {}};
         part += window.part.frame.pixel_count();
         for (const int half : {0, 1}) {
             window.half[static_cast<std::size_t>(half)] = HalfFrame(window.part.frame, half);
@@ -75,6 +91,18 @@ Trial::Run Trial::Filter(const Denoiser& denoiser, int halves, const CancelToken
     return RunEach(halves, [&](std::size_t half, std::size_t w) {
         return RunDenoiser(denoiser, windows_[w].half[half], cancel);
     });
+}
+
+std::vector<WindowError> Trial::JudgeWindows(const Run& run) const {
+    std::vector<WindowError> errors;
+    for (std::size_t w = 0; w < windows_.size(); ++w) {
+        FilteredHalves halves;
+        for (std::size_t half = 0; half < 2; ++half) {
+            std::ranges::copy(run.halves[half][w].color, halves.color[half].begin());
+        }
+        errors.push_back(JudgeWindow(windows_[w].part, windows_[w].rect, halves));
+    }
+    return errors;
 }
 
 Trial::Whole Trial::FilterWhole(const Denoiser& denoiser, const Frame& frame,

@@ -34,6 +34,9 @@ class Trial {
     };
     Whole FilterWhole(const Denoiser& denoiser, const Frame& frame,
                       const CancelToken& cancel) const;
+    // Errors of what a run of both halves made of the windows of a large frame, of which those are
+    // that its estimate looks at.
+    std::vector<WindowError> JudgeWindows(const Run& run) const;
     // What the network of `net` makes of runs, by their number in kNetSlots; null: not there. The
     // noisy candidate needs none. Its time is that of the network alone.
     Run Mix(const std::array<const Run*, kNetSlotCount>& runs, int halves,
@@ -41,6 +44,7 @@ class Trial {
 
     struct Window {
         FramePart part;                     // of which `inner` is judged: the rest is halo
+        TileRect rect;                      // that, in pixels of the frame
         std::array<Frame, 2> half;          // frames of their own
         std::array<Plane, 3> noise;         // variance of the mean
         std::vector<unsigned char> lights;  // FindSeenLights: no filter is to change them

@@ -110,6 +110,7 @@ jobs::Estimators MakeErrorEstimator(const std::string& filter) {
         if (state->choice && taken.Describe() != "none") {
             const auto error = denoise::EstimateChosen(*state->choice, frame, never);
             state->choice->base_error = nullptr;  // of this frame alone
+            state->choice->base_windows.clear();
             if (error) {
                 return error->relmse;
             }

@@ -4,8 +4,11 @@
 #include <grpcpp/security/credentials.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <functional>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "core/base/files.h"
@@ -125,6 +128,57 @@ class FarmFixture : public testing::Test {
         std::vector<v1::WatchJobResponse> events;
         EXPECT_TRUE(Watch(name, 0, &events).ok());
         return events.empty() ? v1::Job() : events.back().job();
+    }
+    v1::Job Now(const std::string& name) {
+        v1::Job job;
+        const auto status = Get(name, &job);
+        EXPECT_TRUE(status.ok()) << status.error_message();
+        return job;
+    }
+    // The job as soon as it is `good`, which has a minute.
+    v1::Job WaitUntil(const std::string& name, const std::function<bool(const v1::Job&)>& good) {
+        v1::Job job;
+        const bool came = WaitFor([&] { return good(job = Now(name)); });
+        EXPECT_TRUE(came) << "it never comes to that: " << job.ShortDebugString();
+        return job;
+    }
+    // The server has seen all workers go.
+    void WaitUntilAlone() {
+        EXPECT_TRUE(WaitFor([&] {
+            grpc::ClientContext context;
+            v1::ListWorkersResponse list;
+            return jobs->ListWorkers(&context, {}, &list).ok() && list.workers_size() == 0;
+        })) << "workers stay";
+    }
+    // Whether it comes true within a minute.
+    static bool WaitFor(const std::function<bool()>& happens) {
+        const auto give_up = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+        while (!happens()) {
+            if (std::chrono::steady_clock::now() > give_up) {
+                return false;
+            }
+            std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        }
+        return true;
+    }
+    // What an undisturbed server makes of the job.
+    v1::Job Undisturbed(const v1::JobSpec& spec) {
+        const auto worker = StartWorker();
+        return WaitForEnd(MustCreate(spec).name());
+    }
+    // The image's file.
+    std::string Fetch(const std::string& name) {
+        grpc::ClientContext context;
+        v1::FetchResultRequest request;
+        request.set_name(name);
+        const auto reader = jobs->FetchResult(&context, request);
+        std::string bytes;
+        for (v1::FetchResultResponse chunk; reader->Read(&chunk);) {
+            bytes += chunk.data();
+        }
+        const auto status = reader->Finish();
+        EXPECT_TRUE(status.ok()) << status.error_message();
+        return bytes;
     }
 
     TemporaryFolder folder;

@@ -1,10 +1,8 @@
 #include <gmock/gmock.h>
 
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <functional>
-#include <thread>
 
 #include "tests/integration/rpc/farm_fixture.h"
 
@@ -195,14 +193,8 @@ TEST_F(HostileClientTest, WatchersThatNeverReadHoldUpNobody) {
     }
     {
         const auto worker = StartWorker();
-        v1::Job done;
-        const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-        do {
-            ASSERT_TRUE(Get(job.name(), &done).ok());
-            std::this_thread::sleep_for(std::chrono::milliseconds(5));
-        } while (done.state() != v1::JOB_STATE_SUCCEEDED &&
-                 std::chrono::steady_clock::now() < give_up);
-        EXPECT_EQ(done.state(), v1::JOB_STATE_SUCCEEDED) << done.message();
+        WaitUntil(job.name(),
+                  [](const v1::Job& j) { return j.state() == v1::JOB_STATE_SUCCEEDED; });
     }
     for (const auto& watcher : watchers) {
         watcher->context.TryCancel();

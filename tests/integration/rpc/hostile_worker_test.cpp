@@ -1,10 +1,8 @@
 #include <gmock/gmock.h>
 
-#include <chrono>
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <thread>
 
 #include "core/film/aov.h"
 #include "tests/integration/rpc/farm_fixture.h"
@@ -26,34 +24,6 @@ class HostileWorkerTest : public FarmFixture {
         const auto worker = StartWorker();
         due = WaitForEnd(MustCreate(Spec()).name()).image_sha256();
         EXPECT_EQ(due.size(), 64u);
-    }
-    // The server has seen all workers go.
-    void WaitUntilAlone() {
-        const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-        while (std::chrono::steady_clock::now() < give_up) {
-            grpc::ClientContext context;
-            v1::ListWorkersResponse list;
-            ASSERT_TRUE(jobs->ListWorkers(&context, {}, &list).ok());
-            if (list.workers_size() == 0) {
-                return;
-            }
-            std::this_thread::sleep_for(std::chrono::milliseconds(5));
-        }
-        FAIL() << "workers stay";
-    }
-
-    v1::Job WaitUntil(const std::string& name, const std::function<bool(const v1::Job&)>& done) {
-        v1::Job job;
-        const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-        do {
-            EXPECT_TRUE(Get(name, &job).ok());
-            if (done(job)) {
-                return job;
-            }
-            std::this_thread::sleep_for(std::chrono::milliseconds(5));
-        } while (std::chrono::steady_clock::now() < give_up);
-        ADD_FAILURE() << "it never comes to that: " << job.ShortDebugString();
-        return job;
     }
     void SetUp() override { WaitUntilAlone(); }
 
@@ -328,15 +298,11 @@ TEST_F(HostileWorkerTest, StreamsOfOneAddressAreCounted) {
     EXPECT_THAT(refused.error_message(), HasSubstr("--client-streams"));
     crowd.clear();
     // Room again, once the server has seen them go.
-    const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-    while (std::chrono::steady_clock::now() < give_up) {
+    EXPECT_TRUE(WaitFor([&] {
         WorkerHand hand(work.get());
         hand.Want(1);
-        if (hand.TakeLease().id() != 0) {
-            break;
-        }
-        std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
+        return hand.TakeLease().id() != 0;
+    }));
     Finish(job);
 }
 

@@ -2,10 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <chrono>
-#include <functional>
 #include <string>
-#include <thread>
 
 #include "core/image/exr.h"
 #include "tests/integration/rpc/farm_fixture.h"
@@ -75,44 +72,12 @@ class JobControlTest : public FarmFixture {
             },
             job);
     }
-    grpc::Status Fetch(const std::string& name, std::string* bytes) {
-        grpc::ClientContext context;
-        v1::FetchResultRequest request;
-        request.set_name(name);
-        const auto reader = jobs->FetchResult(&context, request);
-        v1::FetchResultResponse chunk;
-        while (reader->Read(&chunk)) {
-            *bytes += chunk.data();
-        }
-        return reader->Finish();
-    }
-    v1::Job Now(const std::string& name) {
-        v1::Job job;
-        const auto status = Get(name, &job);
-        EXPECT_TRUE(status.ok()) << status.error_message();
-        return job;
-    }
-    // Until `good`, at most half a minute.
-    v1::Job WaitUntil(const std::string& name, const std::function<bool(const v1::Job&)>& good) {
-        for (int i = 0; i < 3000; ++i) {
-            if (v1::Job job = Now(name); good(job)) {
-                return job;
-            }
-            std::this_thread::sleep_for(std::chrono::milliseconds(10));
-        }
-        ADD_FAILURE() << "waited in vain: " << Now(name).ShortDebugString();
-        return {};
-    }
     // A job that takes for ever, with some samples.
     v1::Job Endless() {
         v1::JobSpec spec = Spec();
         spec.set_spp(1 << 20);
         return WaitUntil(MustCreate(spec).name(),
                          [](const v1::Job& job) { return job.samples_done() > 0; });
-    }
-    v1::Job Undisturbed(const v1::JobSpec& spec) {
-        const auto worker = StartWorker();
-        return WaitForEnd(MustCreate(spec).name());
     }
 };
 
@@ -214,8 +179,7 @@ TEST_F(JobControlTest, ACancelledJobHasAnImageAndCanBeTakenUpAgain) {
     EXPECT_EQ(job.state(), v1::JOB_STATE_CANCELLED);
     EXPECT_GT(job.result_size(), 0u);
     EXPECT_LT(job.samples_done(), whole.samples_done());
-    std::string bytes;
-    ASSERT_TRUE(Fetch(job.name(), &bytes).ok());
+    const std::string bytes = Fetch(job.name());
     EXPECT_EQ(bytes.size(), job.result_size());
     const TemporaryFolder results;
     WriteFileAtomically(results.path() / "image.exr", bytes);
@@ -230,9 +194,7 @@ TEST_F(JobControlTest, ACancelledJobHasAnImageAndCanBeTakenUpAgain) {
 
     Restart(Saving());  // it is there after a restart, too
     EXPECT_EQ(Now(job.name()).result_size(), job.result_size());
-    std::string again;
-    ASSERT_TRUE(Fetch(job.name(), &again).ok());
-    EXPECT_EQ(again, bytes);
+    EXPECT_EQ(Fetch(job.name()), bytes);
     {
         grpc::ClientContext context;
         v1::ExtendJobRequest request;

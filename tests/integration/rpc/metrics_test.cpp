@@ -16,19 +16,6 @@ class MetricsTest : public FarmFixture {
         Restart(options);
     }
     Exposition Page() { return Scrape(server->metrics_address()->port); }
-
-    std::size_t Fetch(const std::string& name) {
-        grpc::ClientContext context;
-        v1::FetchResultRequest request;
-        request.set_name(name);
-        const auto reader = jobs->FetchResult(&context, request);
-        std::size_t bytes = 0;
-        for (v1::FetchResultResponse response; reader->Read(&response);) {
-            bytes += response.data().size();
-        }
-        EXPECT_TRUE(reader->Finish().ok());
-        return bytes;
-    }
 };
 
 TEST_F(MetricsTest, NoneByDefault) {
@@ -56,7 +43,7 @@ TEST_F(MetricsTest, AddUpToTheReportsOfAllJobs) {
         EXPECT_GT(page.At("relume_worker_samples_per_second{worker=\"box\"}"), 0);
         EXPECT_FALSE(page.Has("relume_worker_samples_total{worker=\"dying\"}"));
     }
-    const std::size_t fetched = Fetch(first.name());
+    const std::size_t fetched = Fetch(first.name()).size();
     const v1::Job cancelled = MustCreate(spec);
     v1::Job job;
     ASSERT_TRUE(Cancel(cancelled.name(), &job).ok());

@@ -2,9 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "client/lib/client.h"
@@ -24,15 +22,9 @@ class QuarantineTest : public FarmFixture {
         Restart(options);
     }
 
-    // Until `count` workers are here, at most ten seconds.
     void WaitForWorkers(std::size_t count) {
-        for (int i = 0; i < 1000; ++i) {
-            if (client().Workers().size() >= count) {
-                return;
-            }
-            std::this_thread::sleep_for(std::chrono::milliseconds(10));
-        }
-        FAIL() << "workers do not come";
+        EXPECT_TRUE(WaitFor([&] { return client().Workers().size() >= count; }))
+            << "workers do not come";
     }
     v1::Worker Find(const std::string& name) {
         for (v1::Worker& worker : client().Workers()) {

@@ -27,41 +27,6 @@ class RestartTest : public FarmFixture {
         options.coordinator.films.save_seconds = seconds;
         return options;
     }
-    // What an undisturbed server makes of the job.
-    v1::Job Undisturbed(const v1::JobSpec& spec) {
-        const auto worker = StartWorker();
-        return WaitForEnd(MustCreate(spec).name());
-    }
-    std::string Fetch(const std::string& name) {
-        grpc::ClientContext context;
-        v1::FetchResultRequest request;
-        request.set_name(name);
-        const auto reader = jobs->FetchResult(&context, request);
-        std::string bytes;
-        v1::FetchResultResponse chunk;
-        while (reader->Read(&chunk)) {
-            bytes += chunk.data();
-        }
-        EXPECT_TRUE(reader->Finish().ok());
-        return bytes;
-    }
-    v1::Job GetJob(const std::string& name) {
-        v1::Job job;
-        const auto status = Get(name, &job);
-        EXPECT_TRUE(status.ok()) << status.error_message();
-        return job;
-    }
-    // Until `good`, at most ten seconds.
-    v1::Job WaitUntil(const std::string& name, const std::function<bool(const v1::Job&)>& good) {
-        for (int i = 0; i < 1000; ++i) {
-            if (v1::Job job = GetJob(name); good(job)) {
-                return job;
-            }
-            std::this_thread::sleep_for(std::chrono::milliseconds(10));
-        }
-        ADD_FAILURE() << "waited in vain: " << GetJob(name).ShortDebugString();
-        return {};
-    }
     // Of a job, or of all; oldest first of each.
     std::vector<fs::path> Films(const std::string& job = "") const {
         std::vector<fs::path> files;
@@ -102,7 +67,7 @@ TEST_F(RestartTest, WhatIsOverStaysAsItIs) {
     ASSERT_TRUE(Watch(done.name(), 0, &before).ok());
     Restart();
 
-    const v1::Job again = GetJob(done.name());
+    const v1::Job again = Now(done.name());
     EXPECT_EQ(again.state(), v1::JOB_STATE_SUCCEEDED);
     EXPECT_EQ(again.image_sha256(), done.image_sha256());
     EXPECT_EQ(again.samples_done(), done.samples_done());
@@ -113,7 +78,7 @@ TEST_F(RestartTest, WhatIsOverStaysAsItIs) {
     EXPECT_THAT(again.ledger().problem(), IsEmpty());
     EXPECT_EQ(again.restarts(), 0u);
     EXPECT_EQ(Fetch(done.name()), image);
-    EXPECT_EQ(GetJob(cancelled.name()).state(), v1::JOB_STATE_CANCELLED);
+    EXPECT_EQ(Now(cancelled.name()).state(), v1::JOB_STATE_CANCELLED);
 
     // The same request makes no second job; whoever watched goes on.
     v1::Job twin;
@@ -129,7 +94,7 @@ TEST_F(RestartTest, AQueuedJobIsRendered) {
     const v1::Job expected = Undisturbed(Spec());
     const v1::Job job = MustCreate(Spec());
     Restart();
-    EXPECT_EQ(GetJob(job.name()).state(), v1::JOB_STATE_QUEUED);
+    EXPECT_EQ(Now(job.name()).state(), v1::JOB_STATE_QUEUED);
     const auto worker = StartWorker();
     const v1::Job done = WaitForEnd(job.name());
     EXPECT_EQ(done.image_sha256(), expected.image_sha256());
@@ -145,7 +110,7 @@ TEST_P(RestartSamplers, ARenderingJobGoesOnToTheSameBits) {
         const v1::Job job = HalfDone(spec, results);
         const std::string name = job.name();
         Restart(Saving());
-        const v1::Job loaded = GetJob(name);
+        const v1::Job loaded = Now(name);
         EXPECT_EQ(loaded.state(), v1::JOB_STATE_RENDERING);
         EXPECT_GT(loaded.samples_done(), 0u);
         EXPECT_EQ(loaded.restarts(), 1u);
@@ -171,7 +136,7 @@ TEST_F(RestartTest, AJobWithATargetStopsAtTheSameSamples) {
     const v1::Job expected = Undisturbed(spec);
     const v1::Job job = HalfDone(spec, 20);
     Restart(Saving());
-    EXPECT_GT(GetJob(job.name()).samples_done(), 0u);
+    EXPECT_GT(Now(job.name()).samples_done(), 0u);
     const auto worker = StartWorker();
     const v1::Job done = WaitForEnd(job.name());
     EXPECT_EQ(done.state(), v1::JOB_STATE_SUCCEEDED) << done.message();
@@ -196,7 +161,7 @@ TEST_F(RestartTest, ASlowDiskHoldsUpTheCopyAndNothingElse) {
         worker->WaitForAcknowledged(1);
     }
     Restart(options);
-    EXPECT_GT(GetJob(job.name()).samples_done(), 0u);
+    EXPECT_GT(Now(job.name()).samples_done(), 0u);
     const auto worker = StartWorker();
     EXPECT_EQ(WaitForEnd(job.name()).image_sha256(), expected.image_sha256());
 }
@@ -215,7 +180,7 @@ TEST_F(RestartTest, AServerThatIsStoppedSavesWhatItHas) {
     EXPECT_EQ(before.save_seconds(), 0);
     Restart(Saving(1000));
     worker.reset();
-    EXPECT_EQ(GetJob(name).samples_done(), before.samples_done());
+    EXPECT_EQ(Now(name).samples_done(), before.samples_done());
     const auto fresh = StartWorker();
     const v1::Job done = WaitForEnd(name);
     EXPECT_EQ(done.image_sha256(), expected.image_sha256());
@@ -235,7 +200,7 @@ TEST_F(RestartTest, ADamagedFilmIsPassedOverForTheOneBefore) {
     ASSERT_LE(films.size(), 2u);
     fs::resize_file(films.back(), fs::file_size(films.back()) / 2);
     Restart(Saving());
-    EXPECT_EQ(GetJob(job.name()).samples_done() > 0, films.size() == 2);
+    EXPECT_EQ(Now(job.name()).samples_done() > 0, films.size() == 2);
     const auto worker = StartWorker();
     const v1::Job done = WaitForEnd(job.name());
     EXPECT_EQ(done.image_sha256(), expected.image_sha256());
@@ -255,7 +220,7 @@ TEST_F(RestartTest, WithoutAFilmAJobBeginsAnew) {
         worker->WaitForAcknowledged(4);  // at once, where nothing is saved
     }
     Restart(Saving(0));
-    EXPECT_EQ(GetJob(job.name()).samples_done(), 0u);
+    EXPECT_EQ(Now(job.name()).samples_done(), 0u);
     const auto worker = StartWorker();
     EXPECT_EQ(WaitForEnd(job.name()).image_sha256(), expected.image_sha256());
 }
@@ -355,7 +320,7 @@ TEST_F(RestartTest, OfAFilmThatIsNotKeptAJobCanNotBeExtended) {
     const auto status = jobs->ExtendJob(&context, request, &response);
     EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
     EXPECT_THAT(status.error_message(), HasSubstr("--spp"));
-    EXPECT_EQ(GetJob(job.name()).state(), v1::JOB_STATE_SUCCEEDED);
+    EXPECT_EQ(Now(job.name()).state(), v1::JOB_STATE_SUCCEEDED);
 }
 
 TEST_F(RestartTest, FilmsOfThoseOverStayWithinTheirQuota) {
@@ -366,9 +331,7 @@ TEST_F(RestartTest, FilmsOfThoseOverStayWithinTheirQuota) {
         const v1::Job job = Undisturbed(Spec());
         WaitUntil(job.name(), [](const v1::Job& j) { return j.save_seconds() > 0; });
     }
-    for (int i = 0; i < 500 && Films().size() > 2; ++i) {
-        std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
+    WaitFor([&] { return Films().size() <= 2; });
     EXPECT_EQ(Films().size(), 2u);
 }
 
@@ -428,7 +391,7 @@ TEST_F(RestartTest, TimeThatWasUsedCountsAfterARestart) {
     WaitUntil(job.name(), [](const v1::Job& j) { return j.elapsed_seconds() > 0; });
     std::this_thread::sleep_for(std::chrono::milliseconds(1200));
     Restart(Saving());
-    const v1::Job loaded = GetJob(job.name());
+    const v1::Job loaded = Now(job.name());
     EXPECT_GT(loaded.elapsed_seconds(), 0.9);
     EXPECT_EQ(loaded.create_time().seconds(), job.create_time().seconds());
     const auto worker = StartWorker();

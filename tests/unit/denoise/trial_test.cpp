@@ -3,10 +3,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include "server/denoise/denoiser.h"
+#include "server/denoise/error_estimate.h"
 #include "tests/unit/denoise/synthetic.h"
 
 namespace relume::denoise {
@@ -40,6 +44,42 @@ Trial::Run MakeRun(const Trial& trial, const Truth& truth, float deviation, unsi
         }
     }
     return out;
+}
+
+TEST(Trial, WhatItMadeOfWindowsIsNotMadeAgainForTheEstimate) {
+    for (const auto& [width, height] : {std::pair{640, 360}, {960, 640}}) {
+        const Frame frame = FrameFromFilm(MakeFilm({width, height}, 4, 12));
+        const Trial trial(frame);
+        const std::vector<TileRect> judged = WindowsToJudge(frame);
+        for (const Trial::Window& window : trial.windows()) {
+            EXPECT_EQ(std::ranges::count(judged, window.rect), 1);
+        }
+        const auto robust = MakeDenoiser("bilateral:mode=robust");
+        std::vector<WindowError> known =
+            trial.JudgeWindows(trial.Filter(*robust, 2, CancelToken()));
+        EXPECT_EQ(known.size(), trial.windows().size());
+        const auto fresh = EstimateByHalves(*robust, frame, CancelToken());
+        const auto estimate = EstimateByHalves(*robust, frame, CancelToken(), known);
+        ASSERT_TRUE(fresh && estimate);
+        EXPECT_EQ(estimate->relmse, fresh->relmse);
+        EXPECT_EQ(estimate->low, fresh->low);
+        EXPECT_EQ(estimate->high, fresh->high);
+        EXPECT_EQ(estimate->unfiltered, fresh->unfiltered);
+        known[0].relmse += 1;
+        EXPECT_NEAR(EstimateByHalves(*robust, frame, CancelToken(), known)->relmse - fresh->relmse,
+                    1.0 / static_cast<double>(judged.size()), 1e-9);
+    }
+}
+
+TEST(Trial, AChoicesEstimateIsThatOfItsBase) {
+    const Frame frame = FrameFromFilm(MakeFilm({640, 360}, 8, 13));
+    const auto choice = MakeDenoiser("auto:effort=0.6")->Choose(frame, CancelToken());
+    ASSERT_TRUE(choice && choice->base);
+    EXPECT_FALSE(choice->base_windows.empty());
+    const auto estimate = EstimateChosen(*choice, frame, CancelToken());
+    const auto base = EstimateByHalves(*choice->base, frame, CancelToken());
+    ASSERT_TRUE(estimate && base);
+    EXPECT_EQ(estimate->relmse, base->relmse * choice->over_base);
 }
 
 // By one half, and by both.
