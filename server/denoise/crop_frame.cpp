@@ -25,6 +25,14 @@ Plane CropPlane(const Plane& plane, int width, const TileRect& rect) {
     return Crop(plane, width, rect);
 }
 
+void PastePlane(const Plane& part, const TileRect& rect, int width, Plane* whole) {
+    auto from = part.begin();
+    for (int y = rect.y0; y < rect.y1; ++y, from += rect.width()) {
+        std::copy_n(from, rect.width(),
+                    whole->begin() + static_cast<std::ptrdiff_t>(y) * width + rect.x0);
+    }
+}
+
 Frame CropFrame(const Frame& frame, const TileRect& rect) {
     const auto crop = [&](const Plane& plane) { return Crop(plane, frame.width, rect); };
     Frame out;

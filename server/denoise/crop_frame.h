@@ -10,4 +10,7 @@ Frame CropFrame(const Frame& frame, const TileRect& rect);
 
 Plane CropPlane(const Plane& plane, int width, const TileRect& rect);
 
+// The other way: puts a part into its place in a plane that is `width` wide.
+void PastePlane(const Plane& part, const TileRect& rect, int width, Plane* whole);
+
 }  // namespace relume::denoise

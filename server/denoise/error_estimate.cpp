@@ -79,7 +79,7 @@ ErrorEstimate JudgeParts(const Denoiser& denoiser, const Frame& frame,
             error = *found;
         } else {
             const FramePart part = CutPart(frame, window);
-            error = JudgeWindow(part, window, FilterHalves(denoiser, part.frame, cancel));
+            error = JudgeWindow(part, FilterHalves(denoiser, part.frame, cancel));
         }
         sum += error.relmse;
         squares += error.relmse * error.relmse;
@@ -165,15 +165,16 @@ ErrorEstimate JudgeHalves(const Frame& frame, const FilteredHalves& halves) {
     return estimate;
 }
 
-WindowError JudgeWindow(const FramePart& part, const TileRect& window,
-                        const FilteredHalves& halves) {
+WindowError JudgeWindow(const FramePart& part, const FilteredHalves& halves) {
     const ErrorEstimate whole = JudgeHalves(part.frame, halves);
     double mean = 0;
     const Plane inner = CropPlane(whole.map, part.frame.width, part.inner);
     for (const float e : inner) {
         mean += e / static_cast<double>(inner.size());
     }
-    return {window, mean, whole.unfiltered};
+    const TileRect &in = part.inner, &out = part.outer;
+    return {
+        {out.x0 + in.x0, out.y0 + in.y0, out.x0 + in.x1, out.y0 + in.y1}, mean, whole.unfiltered};
 }
 
 std::vector<TileRect> WindowsToJudge(const Frame& frame) { return ChooseWindows(frame, kShare); }

@@ -43,8 +43,7 @@ std::optional<ErrorEstimate> EstimateByHalves(const Denoiser& denoiser, const Fr
 std::vector<TileRect> WindowsToJudge(const Frame& frame);  // one, the whole, of a small frame
 
 // What counts of one of them, by its halves, which are at hand.
-WindowError JudgeWindow(const FramePart& part, const TileRect& window,
-                        const FilteredHalves& halves);
+WindowError JudgeWindow(const FramePart& part, const FilteredHalves& halves);
 
 // Of the filtered one, by its halves, which are at hand.
 ErrorEstimate JudgeHalves(const Frame& frame, const FilteredHalves& halves);

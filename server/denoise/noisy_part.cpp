@@ -10,6 +10,7 @@
 
 #include "core/image/metrics.h"
 #include "server/denoise/crop_frame.h"
+#include "server/denoise/wrapped_denoiser.h"
 
 namespace relume::denoise {
 namespace {
@@ -91,10 +92,7 @@ class NoisyPartOnly final : public Denoiser {
         : denoiser_(std::move(denoiser)), parameter_(std::move(parameter)) {}
 
     std::string Describe() const override {
-        const std::string name = denoiser_->Describe();
-        return parameter_.empty()
-                   ? name
-                   : name + (name.find(':') == std::string::npos ? ":" : ",") + parameter_;
+        return WithParameter(denoiser_->Describe(), parameter_);
     }
     Needs GetNeeds() const override { return denoiser_->GetNeeds(); }
     const Denoiser* OfNoisyPart() const override { return denoiser_.get(); }
@@ -136,17 +134,17 @@ class NoisyPartOnly final : public Denoiser {
                     (frame.variance[0][i] + frame.variance[1][i] + frame.variance[2][i]) *
                     (1.0f / 3.0f);
             }
-            Paste(*part.error, rect, frame.width, &*result.error);
+            PastePlane(*part.error, rect, frame.width, &*result.error);
         }
         if (part.derivative) {
             result.derivative.emplace();
         }
         for (std::size_t c = 0; c < 3; ++c) {
-            Paste(part.color[c], rect, frame.width, &result.color[c]);
+            PastePlane(part.color[c], rect, frame.width, &result.color[c]);
             if (part.derivative) {
                 Plane& derivative = (*result.derivative)[c];
                 derivative.assign(frame.pixel_count(), 1.0f);
-                Paste((*part.derivative)[c], rect, frame.width, &derivative);
+                PastePlane((*part.derivative)[c], rect, frame.width, &derivative);
             }
         }
         result.notes = part.notes;
@@ -168,13 +166,6 @@ class NoisyPartOnly final : public Denoiser {
     static std::shared_ptr<const Denoiser> OnPart(std::shared_ptr<const Denoiser> denoiser) {
         return denoiser->Describe() == "none" ? denoiser
                                               : OnNoisyPart(std::move(denoiser), kWhereNoisy);
-    }
-
-    static void Paste(const Plane& part, const TileRect& rect, int width, Plane* whole) {
-        for (int y = rect.y0; y < rect.y1; ++y) {
-            std::copy_n(part.data() + At(0, y - rect.y0, rect.width()), rect.width(),
-                        whole->data() + At(rect.x0, y, width));
-        }
     }
 };
 
@@ -230,10 +221,7 @@ ErrorEstimate ExpandEstimate(const ErrorEstimate& of_part, const TileRect& rect,
     whole.unfiltered = share * of_part.unfiltered + outside;
     if (!of_part.map.empty()) {
         whole.map = std::move(map);
-        for (int y = rect.y0; y < rect.y1; ++y) {
-            std::copy_n(of_part.map.data() + At(0, y - rect.y0, rect.width()), rect.width(),
-                        whole.map.data() + At(rect.x0, y, frame.width));
-        }
+        PastePlane(of_part.map, rect, frame.width, &whole.map);
     }
     return whole;
 }

@@ -1,8 +1,8 @@
 #include "server/denoise/on_changed_frame.h"
 
-#include <fmt/format.h>
-
 #include <utility>
+
+#include "server/denoise/wrapped_denoiser.h"
 
 namespace relume::denoise {
 namespace {
@@ -14,9 +14,7 @@ class ChangedFrame final : public Denoiser {
         : denoiser_(std::move(denoiser)), parameter_(parameter), change_(std::move(change)) {}
 
     std::string Describe() const override {
-        const std::string inner = denoiser_->Describe();
-        return fmt::format("{}{}{}", inner, inner.find(':') == std::string::npos ? ':' : ',',
-                           parameter_);
+        return WithParameter(denoiser_->Describe(), parameter_);
     }
     Needs GetNeeds() const override { return denoiser_->GetNeeds(); }
     std::optional<Choice> Choose(const Frame& frame, const CancelToken& cancel) const override {

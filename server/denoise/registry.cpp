@@ -131,6 +131,13 @@ constexpr struct {
      "             Yoon 2014\n"},
 };
 
+// Of filters that look at the samples themselves, which some parameters can't change.
+void RejectWithSamples(const Denoiser& denoiser, const std::string& name, const char* but) {
+    if (denoiser.GetNeeds().samples) {
+        ThrowInvalidArgument(fmt::format("filter '{}' looks at samples, and {}", name, but));
+    }
+}
+
 }  // namespace
 
 std::unique_ptr<Denoiser> MakeDenoiser(const std::string& text) {
@@ -147,12 +154,8 @@ std::unique_ptr<Denoiser> MakeDenoiser(const std::string& text) {
                 denoiser = LightsApart(std::move(denoiser));
             }
             if (named.params.GetChoice("fireflies", "keep", {"keep", "spread"}) == "spread") {
-                if (denoiser->GetNeeds().samples) {
-                    ThrowInvalidArgument(
-                        fmt::format("filter '{}' looks at samples, and fireflies=spread changes "
-                                    "pixels; leave it out",
-                                    named.name));
-                }
+                RejectWithSamples(*denoiser, named.name,
+                                  "fireflies=spread changes pixels; leave it out");
                 denoiser = OnChangedFrame(std::move(denoiser), "fireflies=spread",
                                           [](Frame* frame) { SpreadFireflies(frame); });
             }
@@ -160,12 +163,8 @@ std::unique_ptr<Denoiser> MakeDenoiser(const std::string& text) {
                 denoiser = RestoreEnergy(std::move(denoiser));
             }
             if (named.params.GetChoice("where", "all", {"all", "noisy"}) == "noisy") {
-                if (denoiser->GetNeeds().samples) {
-                    ThrowInvalidArgument(
-                        fmt::format("filter '{}' looks at samples, which parts of an image don't "
-                                    "have; leave where=noisy out",
-                                    named.name));
-                }
+                RejectWithSamples(*denoiser, named.name,
+                                  "parts of an image have none; leave where=noisy out");
                 denoiser = OnNoisyPart(std::move(denoiser), kWhereNoisy);
             }
             named.params.RejectUnused("filter '" + named.name + "'");

@@ -60,8 +60,7 @@ class Restored final : public WrappedDenoiser {
     using WrappedDenoiser::WrappedDenoiser;
 
     std::string Describe() const override {
-        const std::string name = inner().Describe();
-        return name + (name.find(':') == std::string::npos ? ":" : ",") + "energy=restore";
+        return WithParameter(inner().Describe(), "energy=restore");
     }
 
     Result Reconstruct(const Frame& frame, const CancelToken& cancel) const override {

@@ -51,7 +51,7 @@ Trial::Trial(const Frame& frame) {
     std::size_t part = 0;
     is_small_ = WindowsToJudge(frame).size() <= 1;
     for (const TileRect& rect : WindowsToTry(frame)) {
-        Window window{CutPart(frame, rect), rect, {}, {}, {}};
+        Window window{CutPart(frame, rect), {}, {}, {}};
         part += window.part.frame.pixel_count();
         for (const int half : {0, 1}) {
             window.half[static_cast<std::size_t>(half)] = HalfFrame(window.part.frame, half);
@@ -100,7 +100,7 @@ std::vector<WindowError> Trial::JudgeWindows(const Run& run) const {
         for (std::size_t half = 0; half < 2; ++half) {
             std::ranges::copy(run.halves[half][w].color, halves.color[half].begin());
         }
-        errors.push_back(JudgeWindow(windows_[w].part, windows_[w].rect, halves));
+        errors.push_back(JudgeWindow(windows_[w].part, halves));
     }
     return errors;
 }

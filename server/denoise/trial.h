@@ -44,7 +44,6 @@ class Trial {
 
     struct Window {
         FramePart part;                     // of which `inner` is judged: the rest is halo
-        TileRect rect;                      // that, in pixels of the frame
         std::array<Frame, 2> half;          // frames of their own
         std::array<Plane, 3> noise;         // variance of the mean
         std::vector<unsigned char> lights;  // FindSeenLights: no filter is to change them

@@ -1,11 +1,18 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <utility>
 
 #include "server/denoise/denoiser.h"
 
 namespace relume::denoise {
+
+// A filter's name with one more parameter, "nfor:energy=restore"; an empty one adds nothing.
+inline std::string WithParameter(const std::string& name, const std::string& parameter) {
+    return parameter.empty() ? name
+                             : name + (name.find(':') == std::string::npos ? ":" : ",") + parameter;
+}
 
 // A filter around another one, which passes on all but its name and its image.
 class WrappedDenoiser : public Denoiser {
